@@ -1,0 +1,414 @@
+//! The two arithmetics of the local fit: one algorithm, [`Fixed`] ships, [`Float`] is what it is measured against.
+//!
+//! | quantity | [`Fixed`] | [`Float`] |
+//! |---|---|---|
+//! | weight V | i16, 1/2048 σ, within ±16 σ | f64, σ |
+//! | coefficient V · scale / q³ | i32, 2⁻¹⁸ voxel per basis unit | f64 |
+//! | residual e | i16, 1/256 voxel, within ±8 voxels | f64, voxels |
+//! | sum of a voxel's modes | i32, 2⁻¹⁸ voxel | f64 |
+//! | sum of a cell's gradient | i32, basis units · 1/256 voxel · q³ | f64 |
+//! | node gradient G | i32, 2⁻¹⁰ voxel² | f64 |
+//! | node curvature d | i32, 2⁻⁸ voxel² | f64 |
+//! | ratio U | i32, 2^-F σ, within ±64 σ, F from the kernel's volume | f64 |
+//!
+//! Bounds, with stride q ≤ 4, K ≤ 127 modes, exponents ≥ 5 (a basis value is below 4 voxels per σ) and
+//! q (2 r + 1) ≤ 31:
+//! - a voxel's sum: 127 · 16 σ · 4 voxels · 2¹⁸ < 2³¹;
+//! - a cell's gradient: 2047 · 127 · (q (q + 1) / 2)³ ≤ 2²⁸;
+//! - a box of node gradients: 8 · 4 · 31³ · 2¹⁰ < 2³⁰;
+//! - a box of node curvatures: 65535 · 31³ < 2³¹;
+//! - a box of ratios: 64 · (2 r + 1)³ · 2^F ≤ 2³¹ by the choice of F.
+
+use crate::fixed::{Factor, round_shift, round_shift_wide, saturate};
+
+/// Bits behind the point of a distance or residual in voxels.
+pub const DISTANCE_BITS: u32 = 8;
+/// Bits behind the point of a weight in standard deviations.
+pub const WEIGHT_BITS: u32 = 11;
+/// Largest residual, 1/256 voxel.
+pub const RESIDUAL_LIMIT: i32 = 2047;
+/// Smallest exponent a basis block may have: |b'| < 128 / 2⁵ = 4 voxels per σ.
+pub const MIN_EXPONENT: u8 = 5;
+/// Largest exponent a basis block may have.
+pub const MAX_EXPONENT: u8 = 14;
+/// Full weight of a hull voxel.
+pub const FULL_WEIGHT: i32 = 16;
+
+const SUM_BITS: u32 = 18;
+const GRADIENT_BITS: u32 = 10;
+const CURVATURE_BITS: u32 = 8;
+const MOMENTUM_BITS: u32 = 8;
+
+/// Stride of the weight grid with the reciprocal of its cube.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stride {
+    /// Voxels between nodes, 1..=4.
+    pub voxels: u8,
+    /// round(2^bits / q³), within 2¹⁵..2¹⁶.
+    reciprocal: i32,
+    bits: u32,
+}
+
+impl Stride {
+    /// A stride of 1..=4 voxels; anything else is `None`.
+    pub const fn new(voxels: u8) -> Option<Self> {
+        let (reciprocal, bits) = match voxels {
+            1 => (1 << 15, 15),
+            2 => (1 << 15, 18),
+            3 => (38_836, 20),
+            4 => (1 << 15, 21),
+            _ => return None,
+        };
+        Some(Self { voxels, reciprocal, bits })
+    }
+
+    /// q³ as a float.
+    fn cube(self) -> f64 {
+        let q = f64::from(self.voxels);
+        q * q * q
+    }
+}
+
+/// How far a box of ratios is shifted, and what it is divided by, for one kernel radius.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kernel {
+    /// Radius in nodes.
+    pub radius: u8,
+    /// Nodes in the box, (2 r + 1)³.
+    pub volume: u32,
+    /// F: bits behind the point of a ratio.
+    pub ratio_bits: u32,
+}
+
+impl Kernel {
+    /// The kernel of a radius of at most 15 nodes.
+    pub const fn new(radius: u8) -> Self {
+        let side = 2 * radius as u32 + 1;
+        let volume = side * side * side;
+        let room = 25 - (32 - (volume - 1).leading_zeros());
+        Self { radius, volume, ratio_bits: if room > 16 { 16 } else { room } }
+    }
+}
+
+/// The numbers of the local fit and what is done with them.
+pub trait Arithmetic: Copy {
+    /// Weight of a mode at a node.
+    type Weight: Copy + Default;
+    /// Weight at a cell corner times the brick's scale over q³.
+    type Coefficient: Copy + Default;
+    /// Residual of a voxel, already times its hull weight.
+    type Residual: Copy + Default;
+    /// Sums of products, node fields and their integral images.
+    type Sum: Copy + Default;
+    /// One over a node's smoothed curvature.
+    type Reciprocal: Copy + Default;
+    /// What a box of ratios of one mode is multiplied by.
+    type Gain: Copy + Default;
+
+    /// A weight from a global one in standard deviations, limited to ±16.
+    fn weight(sigma: f64) -> Self::Weight;
+    /// A weight in standard deviations.
+    fn sigma(weight: Self::Weight) -> f64;
+    /// V 2^-exponent / q³.
+    fn coefficient(weight: Self::Weight, exponent: u8, stride: Stride) -> Self::Coefficient;
+    /// (q - at) a + at b.
+    fn lerp(a: Self::Coefficient, b: Self::Coefficient, at: u8, stride: Stride) -> Self::Coefficient;
+    /// sum + basis · coefficient.
+    fn accumulate(sum: Self::Sum, basis: i8, coefficient: Self::Coefficient) -> Self::Sum;
+    /// ((q - at) a + at b): the row sum of a voxel `at` voxels behind the cell's face.
+    fn mix(a: Self::Sum, b: Self::Sum, at: u8, stride: Stride) -> Self::Sum;
+    /// W (M + sum - t), limited to ±8 voxels before the weight; `mean` and `target` in 1/256 voxel.
+    fn residual(mean: i16, target: i16, weight: i32, sum: Self::Sum) -> Self::Residual;
+    /// M + sum, 1/256 voxel, saturated: the fitted distance of a voxel.
+    fn distance(mean: i16, sum: Self::Sum) -> i16;
+    /// sum + factor · residual · basis, `factor` an integer trilinear weight.
+    fn gradient(sum: Self::Sum, residual: Self::Residual, factor: u8, basis: i8) -> Self::Sum;
+    /// sum + factor · other.
+    fn scale_add(sum: Self::Sum, factor: u8, other: Self::Sum) -> Self::Sum;
+    /// A cell's gradient 2^-exponent / q³ in node units.
+    fn to_node(sum: Self::Sum, exponent: u8, stride: Stride) -> Self::Sum;
+    /// W Σ g b'² of a voxel (2⁻¹² voxel² `raw`) times an integer trilinear weight.
+    fn curvature(raw: u32, weight: i32, factor: u16) -> Self::Sum;
+    /// A cell's curvature / q³ in node units.
+    fn curvature_to_node(sum: Self::Sum, stride: Stride) -> Self::Sum;
+    /// a + b, wrapping: box sums are exact whatever wraps on the way.
+    fn add(a: Self::Sum, b: Self::Sum) -> Self::Sum;
+    /// a - b, wrapping.
+    fn subtract(a: Self::Sum, b: Self::Sum) -> Self::Sum;
+    /// 1 / (boxed curvature + volume · ridge), `ridge` in voxel².
+    fn reciprocal(boxed: Self::Sum, ridge: f64, kernel: Kernel) -> Self::Reciprocal;
+    /// boxed gradient · reciprocal, limited to ±64 σ.
+    fn ratio(boxed: Self::Sum, reciprocal: Self::Reciprocal, kernel: Kernel) -> Self::Sum;
+    /// μ g / volume.
+    fn gain(step: f64, gain: f64, kernel: Kernel) -> Self::Gain;
+    /// clamp(V + β (V - V_prev) - gain · boxed ratio, ±16), `momentum` = 256 β.
+    fn step(
+        weight: Self::Weight,
+        previous: Self::Weight,
+        momentum: i32,
+        boxed: Self::Sum,
+        gain: Self::Gain,
+    ) -> Self::Weight;
+}
+
+/// The arithmetic that ships: integers, one rounding rule, the same bits everywhere.
+#[derive(Clone, Copy, Debug)]
+pub struct Fixed;
+
+impl Arithmetic for Fixed {
+    type Weight = i16;
+    type Coefficient = i32;
+    type Residual = i16;
+    type Sum = i32;
+    type Reciprocal = Factor;
+    type Gain = Factor;
+
+    fn weight(sigma: f64) -> i16 {
+        // `as` saturates and takes NaN to 0; floor is libm's on every chip.
+        let scaled = libm::floor(sigma * f64::from(1 << WEIGHT_BITS) + 0.5);
+        scaled.clamp(-32767.0, 32767.0) as i16
+    }
+
+    fn sigma(weight: i16) -> f64 {
+        f64::from(weight) / f64::from(1 << WEIGHT_BITS)
+    }
+
+    #[inline(always)]
+    fn coefficient(weight: i16, exponent: u8, stride: Stride) -> i32 {
+        let shift = stride.bits + u32::from(exponent) - (SUM_BITS - WEIGHT_BITS);
+        round_shift(i32::from(weight).wrapping_mul(stride.reciprocal), shift)
+    }
+
+    #[inline(always)]
+    fn lerp(a: i32, b: i32, at: u8, stride: Stride) -> i32 {
+        let near = i32::from(stride.voxels) - i32::from(at);
+        a.wrapping_mul(near).wrapping_add(b.wrapping_mul(i32::from(at)))
+    }
+
+    #[inline(always)]
+    fn accumulate(sum: i32, basis: i8, coefficient: i32) -> i32 {
+        sum.wrapping_add(coefficient.wrapping_mul(i32::from(basis)))
+    }
+
+    #[inline(always)]
+    fn mix(a: i32, b: i32, at: u8, stride: Stride) -> i32 {
+        Self::lerp(a, b, at, stride)
+    }
+
+    #[inline(always)]
+    fn residual(mean: i16, target: i16, weight: i32, sum: i32) -> i16 {
+        let fitted = i32::from(mean) + round_shift(sum, SUM_BITS - DISTANCE_BITS);
+        let residual = (fitted - i32::from(target)).clamp(-RESIDUAL_LIMIT, RESIDUAL_LIMIT);
+        saturate(round_shift(residual * weight, 4))
+    }
+
+    #[inline(always)]
+    fn distance(mean: i16, sum: i32) -> i16 {
+        saturate(i32::from(mean) + round_shift(sum, SUM_BITS - DISTANCE_BITS))
+    }
+
+    #[inline(always)]
+    fn gradient(sum: i32, residual: i16, factor: u8, basis: i8) -> i32 {
+        sum.wrapping_add((i32::from(residual) * i32::from(factor)).wrapping_mul(i32::from(basis)))
+    }
+
+    #[inline(always)]
+    fn scale_add(sum: i32, factor: u8, other: i32) -> i32 {
+        sum.wrapping_add(other.wrapping_mul(i32::from(factor)))
+    }
+
+    #[inline(always)]
+    fn to_node(sum: i32, exponent: u8, stride: Stride) -> i32 {
+        let shift = stride.bits + u32::from(exponent) - (GRADIENT_BITS - DISTANCE_BITS);
+        round_shift_wide(i64::from(sum) * i64::from(stride.reciprocal), shift) as i32
+    }
+
+    #[inline(always)]
+    fn curvature(raw: u32, weight: i32, factor: u16) -> i32 {
+        let voxel = (raw >> 4).min(65535) as i32;
+        round_shift(voxel * weight, 4).wrapping_mul(i32::from(factor))
+    }
+
+    #[inline(always)]
+    fn curvature_to_node(sum: i32, stride: Stride) -> i32 {
+        round_shift_wide(i64::from(sum) * i64::from(stride.reciprocal), stride.bits) as i32
+    }
+
+    #[inline(always)]
+    fn add(a: i32, b: i32) -> i32 {
+        a.wrapping_add(b)
+    }
+
+    #[inline(always)]
+    fn subtract(a: i32, b: i32) -> i32 {
+        a.wrapping_sub(b)
+    }
+
+    fn reciprocal(boxed: i32, ridge: f64, kernel: Kernel) -> Factor {
+        let unit = f64::from(1 << CURVATURE_BITS);
+        let denominator = f64::from(boxed.max(0)) + ridge * unit * f64::from(kernel.volume);
+        // Gradient 2⁻¹⁰ over curvature 2⁻⁸ gives 2⁻² σ; the ratio carries F bits.
+        let exponent = kernel.ratio_bits as i32 - (GRADIENT_BITS - CURVATURE_BITS) as i32;
+        Factor::new(libm::scalbn(1.0 / denominator, exponent))
+    }
+
+    #[inline(always)]
+    fn ratio(boxed: i32, reciprocal: Factor, kernel: Kernel) -> i32 {
+        let limit = 64i64 << kernel.ratio_bits;
+        reciprocal.multiply(boxed).clamp(1 - limit, limit - 1) as i32
+    }
+
+    fn gain(step: f64, gain: f64, kernel: Kernel) -> Factor {
+        let bits = (WEIGHT_BITS + MOMENTUM_BITS) as i32 - kernel.ratio_bits as i32;
+        Factor::new(libm::scalbn(step * gain / f64::from(kernel.volume), bits))
+    }
+
+    #[inline(always)]
+    fn step(weight: i16, previous: i16, momentum: i32, boxed: i32, gain: Factor) -> i16 {
+        let inertia = (i32::from(weight) - i32::from(previous)) * momentum;
+        let change = i64::from(inertia) - gain.multiply(boxed);
+        let next = i64::from(weight) + round_shift_wide(change, MOMENTUM_BITS);
+        next.clamp(-32767, 32767) as i16
+    }
+}
+
+/// Double precision through the very same loops: what separates it from [`Fixed`] is rounding alone.
+#[derive(Clone, Copy, Debug)]
+pub struct Float;
+
+fn power(exponent: u8) -> f64 {
+    libm::scalbn(1.0, -i32::from(exponent))
+}
+
+fn distance(mean: i16) -> f64 {
+    f64::from(mean) / f64::from(1 << DISTANCE_BITS)
+}
+
+impl Arithmetic for Float {
+    type Weight = f64;
+    type Coefficient = f64;
+    type Residual = f64;
+    type Sum = f64;
+    type Reciprocal = f64;
+    type Gain = f64;
+
+    fn weight(sigma: f64) -> f64 {
+        if sigma.is_nan() { 0.0 } else { sigma.clamp(-16.0, 16.0) }
+    }
+
+    fn sigma(weight: f64) -> f64 {
+        weight
+    }
+
+    fn coefficient(weight: f64, exponent: u8, stride: Stride) -> f64 {
+        weight * power(exponent) / stride.cube()
+    }
+
+    fn lerp(a: f64, b: f64, at: u8, stride: Stride) -> f64 {
+        f64::from(stride.voxels - at.min(stride.voxels)) * a + f64::from(at) * b
+    }
+
+    fn accumulate(sum: f64, basis: i8, coefficient: f64) -> f64 {
+        sum + f64::from(basis) * coefficient
+    }
+
+    fn mix(a: f64, b: f64, at: u8, stride: Stride) -> f64 {
+        Self::lerp(a, b, at, stride)
+    }
+
+    fn residual(mean: i16, target: i16, weight: i32, sum: f64) -> f64 {
+        let limit = distance(RESIDUAL_LIMIT as i16);
+        let residual = (distance(mean) + sum - distance(target)).clamp(-limit, limit);
+        residual * f64::from(weight) / f64::from(FULL_WEIGHT)
+    }
+
+    fn distance(mean: i16, sum: f64) -> i16 {
+        libm::floor((distance(mean) + sum) * f64::from(1 << DISTANCE_BITS) + 0.5) as i16
+    }
+
+    fn gradient(sum: f64, residual: f64, factor: u8, basis: i8) -> f64 {
+        sum + residual * f64::from(factor) * f64::from(basis)
+    }
+
+    fn scale_add(sum: f64, factor: u8, other: f64) -> f64 {
+        sum + f64::from(factor) * other
+    }
+
+    fn to_node(sum: f64, exponent: u8, stride: Stride) -> f64 {
+        sum * power(exponent) / stride.cube()
+    }
+
+    fn curvature(raw: u32, weight: i32, factor: u16) -> f64 {
+        let voxel = f64::from(raw) / f64::from(1 << (CURVATURE_BITS + 4));
+        voxel * f64::from(weight) / f64::from(FULL_WEIGHT) * f64::from(factor)
+    }
+
+    fn curvature_to_node(sum: f64, stride: Stride) -> f64 {
+        sum / stride.cube()
+    }
+
+    fn add(a: f64, b: f64) -> f64 {
+        a + b
+    }
+
+    fn subtract(a: f64, b: f64) -> f64 {
+        a - b
+    }
+
+    fn reciprocal(boxed: f64, ridge: f64, kernel: Kernel) -> f64 {
+        1.0 / (boxed.max(0.0) + ridge * f64::from(kernel.volume))
+    }
+
+    fn ratio(boxed: f64, reciprocal: f64, _: Kernel) -> f64 {
+        (boxed * reciprocal).clamp(-64.0, 64.0)
+    }
+
+    fn gain(step: f64, gain: f64, kernel: Kernel) -> f64 {
+        step * gain / f64::from(kernel.volume)
+    }
+
+    fn step(weight: f64, previous: f64, momentum: i32, boxed: f64, gain: f64) -> f64 {
+        let inertia = (weight - previous) * f64::from(momentum) / f64::from(1 << MOMENTUM_BITS);
+        Self::weight(weight + inertia - gain * boxed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reciprocal_of_the_cube_is_exact_to_four_millionths() {
+        for voxels in 1..=4u8 {
+            let stride = Stride::new(voxels).unwrap();
+            let cube = f64::from(voxels).powi(3);
+            let found = f64::from(stride.reciprocal) / 2f64.powi(stride.bits as i32);
+            assert!((found * cube - 1.0).abs() < 4e-6, "{voxels}: {found}");
+        }
+    }
+
+    #[test]
+    fn ratio_bits_keep_every_box_of_ratios_within_31_bits() {
+        for radius in 0..=15 {
+            let kernel = Kernel::new(radius);
+            assert!((64u64 * u64::from(kernel.volume)) << kernel.ratio_bits <= 1 << 31, "{radius}");
+        }
+    }
+
+    #[test]
+    fn fixed_and_float_agree_on_one_step() {
+        let kernel = Kernel::new(1);
+        let fixed = Fixed::step(1000, 900, 179, 1 << 16, Fixed::gain(3.0, 2.0, kernel));
+        let boxed = f64::from(1 << 16) / f64::from(1u32 << kernel.ratio_bits);
+        let float = Float::step(1000.0 / 2048.0, 900.0 / 2048.0, 179, boxed, Float::gain(3.0, 2.0, kernel));
+        assert!((Fixed::sigma(fixed) - float).abs() < 1.0 / 2048.0);
+    }
+
+    #[test]
+    fn weights_saturate_and_refuse_nan() {
+        assert_eq!(Fixed::weight(99.0), 32767);
+        assert_eq!(Fixed::weight(-99.0), -32767);
+        assert_eq!(Fixed::weight(f64::NAN), 0);
+        assert_eq!(Float::weight(f64::NAN), 0.0);
+    }
+}

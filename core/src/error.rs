@@ -1,0 +1,125 @@
+//! What can be wrong with a model or a buffer. Every error is found before a fit starts.
+
+/// Why a model, a buffer or an option is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Error {
+    /// The bytes do not begin with the model magic: not a Lacuna model.
+    NotAModel,
+    /// The model has a format version this build does not read.
+    UnknownVersion {
+        /// The version found in the file.
+        found: u16,
+    },
+    /// Fewer or more bytes than the model says it has.
+    WrongLength {
+        /// Bytes the model announces.
+        expected: u32,
+        /// Bytes given.
+        found: u32,
+    },
+    /// The checksum does not match: the bytes were damaged.
+    Damaged,
+    /// The checksum matches but the contents contradict each other.
+    Inconsistent(Part),
+    /// A borrowed buffer is too small.
+    BufferTooSmall {
+        /// Which buffer.
+        buffer: Buffer,
+        /// Elements needed, as `required(..)` tells.
+        needed: u32,
+        /// Elements given.
+        given: u32,
+    },
+    /// The node stride does not divide the model's brick edge, or is not within 1..=4.
+    Stride {
+        /// The stride asked for, voxels.
+        asked: u8,
+        /// The model's brick edge, voxels.
+        brick: u8,
+    },
+    /// A kernel radius is too wide for the proved integer bounds: stride (2 radius + 1) may be 31 at most.
+    Radius {
+        /// The radius asked for, nodes.
+        asked: u8,
+    },
+    /// A step length, gain or ridge is not a finite positive number in its documented range.
+    Option(OptionName),
+    /// The pose is not a finite similarity with a positive scale.
+    Pose,
+    /// Fewer scan points than a pose needs.
+    TooFewPoints {
+        /// Points given.
+        given: u32,
+    },
+    /// The scan does not touch the model's band: no voxel is in the hull.
+    EmptyHull,
+}
+
+/// Parts of a model file, for [`Error::Inconsistent`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// The postcard header.
+    Header,
+    /// The grid's size, spacing or origin.
+    Grid,
+    /// The lengths and ridges carried for the fit.
+    Scales,
+    /// The per-mode table.
+    Modes,
+    /// The coarse mean.
+    FarField,
+    /// The map from brick cells to bricks.
+    Map,
+    /// The list of bricks.
+    Directory,
+    /// A brick's rows, exponents or values.
+    Brick,
+}
+
+/// Buffers, for [`Error::BufferTooSmall`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Buffer {
+    /// Hull targets, one a stored voxel.
+    Targets,
+    /// Hull keys, one a stored voxel.
+    Keys,
+    /// The global fit's normal equations.
+    Normal,
+    /// The global fit's sums over one brick.
+    Block,
+    /// Weights of one vector, one a mode.
+    Weights,
+    /// Weights of the nodes.
+    NodeWeights,
+    /// Weights of the nodes before the last step.
+    Previous,
+    /// Residuals, one a stored voxel.
+    Residuals,
+    /// Gradients of a group of modes.
+    Gradient,
+    /// The dense node field of the box filter.
+    Dense,
+    /// Reciprocal curvatures, one an active node.
+    Reciprocals,
+    /// The map from nodes to active nodes.
+    Nodes,
+    /// Values of one interpolated cell.
+    Cell,
+}
+
+/// Options, for [`Error::Option`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OptionName {
+    /// Hull reach in front of or behind the surface.
+    Reach,
+    /// Hull reach sideways.
+    Lateral,
+    /// Ridge of the global or local fit.
+    Ridge,
+    /// Step length of the local fit.
+    Step,
+    /// Momentum of the local fit.
+    Momentum,
+    /// Misfit scale of the pose.
+    Misfit,
+}

@@ -1,0 +1,139 @@
+//! The model file, byte for byte. All numbers are little endian; nothing is aligned, nothing is padded.
+//!
+//! | offset | size | content |
+//! |---|---|---|
+//! | 0 | 8 | magic `LACUNA\x1a\n` |
+//! | 8 | 2 | format version, 1 |
+//! | 10 | 2 | length of the header, H |
+//! | 12 | 4 | length of the whole file |
+//! | 16 | 4 | CRC-32/ISO-HDLC of all bytes but these four |
+//! | 20 | H | [`Header`], postcard |
+//! | | 8 K | modes: f32 standard deviation (root mean square over the band, voxels), f32 gain g |
+//! | | 2 F | far field: i16 mean distance (1/256 voxel) at every `far_stride`-th voxel, [`UNKNOWN`] off the support |
+//! | | 2 C | map: u16 brick number per brick cell, [`ABSENT`] where none is stored |
+//! | | 12 B | directory: per brick u32 cell, u32 number of its first voxel, u32 offset of its record |
+//! | | | brick records, in the order of the directory |
+//!
+//! with K modes, F = product of (side / far_stride + 1), C brick cells, B bricks, all x fastest.
+//! Offsets count from the first record. A record of a brick of edge b with n stored voxels is
+//!
+//! | size | content |
+//! |---|---|
+//! | K | exponents E, [`MIN_EXPONENT`](crate::arithmetic::MIN_EXPONENT)..=[`MAX_EXPONENT`](crate::arithmetic::MAX_EXPONENT) |
+//! | 3 b² | rows along x, y fastest: u8 mask of the stored voxels (bit 0 is x = 0), u16 voxels in the rows before |
+//! | 2 n | mean distances M, i16, 1/256 voxel |
+//! | n K | basis, i8: b'_k = value · 2^-E voxels per standard deviation, the modes of a voxel side by side |
+//!
+//! Voxels are numbered through the file: brick by brick, row by row, along x.
+//!
+//! # Versions
+//! The version is one number. It changes whenever a reader of the previous one would misread the bytes;
+//! what a version means never changes afterwards. A reader knows a list of versions, reads each of them
+//! for ever, and refuses all others by name ([`Error::UnknownVersion`](crate::Error::UnknownVersion)).
+
+use serde::{Deserialize, Serialize};
+
+/// First bytes of a model; the last two catch transfers that treat it as text.
+pub const MAGIC: [u8; 8] = *b"LACUNA\x1a\n";
+/// The format version this build writes and reads.
+pub const VERSION: u16 = 1;
+/// Length of the part before the header.
+pub const PREFIX: usize = 20;
+/// Offset of the checksum.
+pub const CHECKSUM_AT: usize = 16;
+/// Map entry of a brick cell that is not stored.
+pub const ABSENT: u16 = u16::MAX;
+/// Far field value off the support.
+pub const UNKNOWN: i16 = i16::MIN;
+/// Most modes of a model.
+pub const MAX_MODES: u8 = 127;
+/// Bytes of one mode in the mode table.
+pub const MODE_BYTES: usize = 8;
+/// Bytes of one entry of the directory.
+pub const ENTRY_BYTES: usize = 12;
+/// Bytes of one row in a brick record.
+pub const ROW_BYTES: usize = 3;
+
+static CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+
+/// CRC-32 of a model file, its own four bytes left out.
+pub fn checksum(file: &[u8]) -> u32 {
+    let mut digest = CRC.digest();
+    digest.update(file.get(..CHECKSUM_AT).unwrap_or(file));
+    digest.update(file.get(PREFIX..).unwrap_or(&[]));
+    digest.finalize()
+}
+
+/// CRC-32 of any bytes: the digest of a stage's result.
+pub fn digest(chunks: impl Iterator<Item = [u8; 2]>) -> u32 {
+    let mut digest = CRC.digest();
+    for chunk in chunks {
+        digest.update(&chunk);
+    }
+    digest.finalize()
+}
+
+/// Unit of the scans and meshes a model belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Unit {
+    /// Millimetres.
+    Millimetre,
+    /// Metres.
+    Metre,
+    /// Inches.
+    Inch,
+    /// Micrometres.
+    Micrometre,
+}
+
+/// Lengths and ridges of the fit, in voxels: chosen by the trainer from the size of the class.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Scales {
+    /// One "class millimetre", voxels: 1/280 of the root of the mean surface area.
+    pub millimetre: f32,
+    /// Hull reach R in front of the surface, voxels, at most 7.5.
+    pub front: f32,
+    /// Hull reach behind the surface, voxels.
+    pub behind: f32,
+    /// λ of the global fit for one hull voxel, voxel².
+    pub global_ridge: f32,
+    /// λ of the local fit, voxel².
+    pub local_ridge: f32,
+    /// δ of the local fit for one voxel, voxel²: times q³.
+    pub voxel_ridge: f32,
+}
+
+/// What a model says about itself.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Header<'a> {
+    /// Name of the shape class.
+    pub class: &'a str,
+    /// How it was made: program version and settings.
+    pub made: &'a str,
+    /// Training shapes.
+    pub shapes: u32,
+    /// Unit of `spacing` and `origin`.
+    pub unit: Unit,
+    /// Edge of a voxel.
+    pub spacing: f32,
+    /// Centre of voxel (0, 0, 0) in the frame of the training shapes.
+    pub origin: [f32; 3],
+    /// Voxels along x, y, z.
+    pub sides: [u16; 3],
+    /// Edge of a brick, voxels.
+    pub brick: u8,
+    /// Distance of far field samples, voxels.
+    pub far_stride: u8,
+    /// Stride of the weight grid the model was made for, voxels.
+    pub stride: u8,
+    /// Modes, K.
+    pub modes: u8,
+    /// Stored bricks.
+    pub bricks: u16,
+    /// Stored voxels.
+    pub voxels: u32,
+    /// Share of the training shapes' variance that the modes explain.
+    pub explained: f32,
+    /// Lengths and ridges of the fit.
+    pub scales: Scales,
+}

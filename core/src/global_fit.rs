@@ -1,0 +1,147 @@
+//! The global fit: one weight vector for the whole shape, the direct MAP solution of what the fixed point
+//! of eqs. (11)-(13) converges to:
+//!
+//! ```text
+//! v = (Aᵀ W A + λ I)⁻¹ Aᵀ W (t - M),   λ = ridge · Σ W
+//! ```
+//!
+//! with A the whitened modes b' at the hull's voxels (voxels per σ). The sums are exact: integers within a
+//! brick, then multiples of 2⁻²⁸ below 2²⁴ in f64, so their order does not matter.
+
+use crate::arithmetic::{DISTANCE_BITS, FULL_WEIGHT, RESIDUAL_LIMIT};
+use crate::cholesky::{packed, solve};
+use crate::error::{Buffer, Error, OptionName};
+use crate::hull::Hull;
+use crate::model::{Brick, Model};
+use crate::workspace::{Progress, first};
+
+/// A global fit under way.
+#[derive(Debug)]
+pub struct GlobalFit<'m, 'b> {
+    model: &'m Model<'m>,
+    hull: Hull<'m>,
+    ridge: f64,
+    /// AᵀWA packed, then AᵀW(t - M).
+    normal: &'b mut [f64],
+    block: &'b mut [i32],
+    weights: &'b mut [f64],
+    brick: usize,
+}
+
+/// Elements of the `normal` and `block` buffers for `modes` modes.
+pub const fn normal_len(modes: usize) -> usize {
+    packed(modes) + modes
+}
+
+impl<'m, 'b> GlobalFit<'m, 'b> {
+    /// Prepares the fit. `normal` and `block` have [`normal_len`] elements, `weights` one a mode;
+    /// `ridge` (voxel² a hull voxel) is the model's unless given.
+    ///
+    /// # Errors
+    /// An empty hull, a buffer too small, or a ridge out of range.
+    pub fn new(
+        model: &'m Model<'m>,
+        hull: Hull<'m>,
+        ridge: Option<f32>,
+        normal: &'b mut [f64],
+        block: &'b mut [i32],
+        weights: &'b mut [f64],
+    ) -> Result<Self, Error> {
+        let ridge = ridge.unwrap_or(model.header().scales.global_ridge);
+        if !(ridge.is_finite() && ridge > 0.0) {
+            return Err(Error::Option(OptionName::Ridge));
+        }
+        if hull.count == 0 {
+            return Err(Error::EmptyHull);
+        }
+        let length = normal_len(model.modes());
+        let normal = first(normal, length, Buffer::Normal)?;
+        let block = first(block, length, Buffer::Block)?;
+        let weights = first(weights, model.modes(), Buffer::Weights)?;
+        normal.fill(0.0);
+        Ok(Self { model, hull, ridge: f64::from(ridge), normal, block, weights, brick: 0 })
+    }
+
+    /// One brick's sums, or the solve at the end; `None` when the weights are ready.
+    pub fn step(&mut self) -> Option<Progress> {
+        let total = usize::from(self.model.header().bricks) + 1;
+        if self.brick >= total {
+            return None;
+        }
+        match self.model.brick(self.brick) {
+            Some(brick) => self.add_brick(&brick),
+            None => self.solve(),
+        }
+        self.brick += 1;
+        Some(Progress { done: self.brick as u32, total: total as u32 })
+    }
+
+    /// Runs to the end: weights in standard deviations, one a mode.
+    pub fn run(mut self) -> &'b [f64] {
+        while self.step().is_some() {}
+        self.weights
+    }
+
+    fn add_brick(&mut self, brick: &Brick<'_>) {
+        self.block.fill(0);
+        let mut any = false;
+        for voxel in 0..brick.voxels() {
+            let target = self.hull.target(brick.first + voxel);
+            if target.weight() != 0 {
+                let residual = i32::from(target.distance()) - i32::from(brick.mean(voxel));
+                let residual = residual.clamp(-RESIDUAL_LIMIT, RESIDUAL_LIMIT);
+                add_voxel(self.block, brick.basis(voxel), target.weight(), residual);
+                any = true;
+            }
+        }
+        if any {
+            fold(self.normal, self.block, brick.exponents());
+        }
+    }
+
+    fn solve(&mut self) {
+        let modes = self.model.modes();
+        let lambda = self.ridge * f64::from(self.hull.weight) / f64::from(FULL_WEIGHT);
+        let Some((matrix, vector)) = self.normal.split_at_mut_checked(packed(modes)) else { return };
+        for i in 0..modes {
+            if let Some(diagonal) = matrix.get_mut(packed(i) + i) {
+                *diagonal += lambda;
+            }
+        }
+        solve(matrix, vector);
+        for (weight, value) in self.weights.iter_mut().zip(vector) {
+            *weight = value.clamp(-16.0, 16.0);
+        }
+    }
+}
+
+/// Adds W b bᵀ and W b (t - M) of one voxel: at most 512 · 16 · 127 · 2047 < 2³¹ in a brick.
+#[inline]
+fn add_voxel(block: &mut [i32], basis: &[u8], weight: i32, residual: i32) {
+    let mut rest = block;
+    for (i, &b) in basis.iter().enumerate() {
+        let Some((row, tail)) = rest.split_at_mut_checked(i + 1) else { return };
+        let scaled = i32::from(b as i8) * weight;
+        for (sum, &other) in row.iter_mut().zip(basis) {
+            *sum = sum.wrapping_add(scaled.wrapping_mul(i32::from(other as i8)));
+        }
+        rest = tail;
+    }
+    for (sum, &b) in rest.iter_mut().zip(basis) {
+        *sum = sum.wrapping_add((i32::from(b as i8) * weight).wrapping_mul(residual));
+    }
+}
+
+/// Adds a brick's sums, scaled by its exponents, to the normal equations.
+fn fold(normal: &mut [f64], block: &[i32], exponents: &[u8]) {
+    let power = |e: i32| libm::scalbn(1.0 / f64::from(FULL_WEIGHT), -e);
+    let mut sums = normal.iter_mut().zip(block);
+    for (i, &row) in exponents.iter().enumerate() {
+        for ((sum, &part), &column) in sums.by_ref().take(i + 1).zip(exponents) {
+            *sum += f64::from(part) * power(i32::from(row) + i32::from(column));
+        }
+    }
+    for ((sum, &part), &row) in sums.zip(exponents) {
+        *sum += f64::from(part) * power(i32::from(row) + DISTANCE_BITS as i32);
+    }
+}

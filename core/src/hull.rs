@@ -1,0 +1,241 @@
+//! The hull: signed distances in a thin layer around the measured surface, along the lines of sight
+//! (Curless & Levoy 1996, [CL96] in the paper).
+//!
+//! A point updates the voxels along its normal: up to `front` in front of the surface, `behind` behind it
+//! (a line of sight says nothing about what lies behind the surface) and `lateral` sideways. Of all points
+//! that reach a voxel the nearest one gives the distance, measured to its tangent plane. Equally near ones
+//! are ordered by that distance, so the order of points does not matter. Voxels beyond the scan's border
+//! are reached by no normal and stay out of the hull.
+
+use crate::arithmetic::{DISTANCE_BITS, FULL_WEIGHT, RESIDUAL_LIMIT};
+use crate::error::{Buffer, Error, OptionName};
+use crate::fixed::round_shift;
+use crate::format::digest;
+use crate::model::Model;
+
+const ONE: f32 = (1 << DISTANCE_BITS) as f32;
+const NORMAL_BITS: u32 = 12;
+
+/// How far a point reaches, 1/256 voxel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reach {
+    /// In front of the surface, at most 7.5 voxels.
+    pub front: u16,
+    /// Behind the surface.
+    pub behind: u16,
+    /// Sideways; about one point spacing, and not under half a voxel.
+    pub lateral: u16,
+}
+
+impl Reach {
+    /// The reach a model was made for, one voxel sideways.
+    pub fn of(model: &Model<'_>) -> Self {
+        let scales = &model.header().scales;
+        let units = |voxels: f32| (voxels * ONE) as u16;
+        Self { front: units(scales.front), behind: units(scales.behind), lateral: 256 }
+    }
+}
+
+/// A packed hull entry: distance in the upper twelve bits, weight in the lower four.
+///
+/// The nibble is 0 where the voxel is not in the hull and W - 1 otherwise, W = 16 for a measured voxel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Target(pub i16);
+
+impl Target {
+    /// A target at a distance (1/256 voxel, limited to ±2047) with a weight of 2..=16 sixteenths.
+    #[inline]
+    pub const fn new(distance: i32, weight: i32) -> Self {
+        let limit = RESIDUAL_LIMIT;
+        let distance = if distance > limit { limit } else if distance < -limit { -limit } else { distance };
+        Self(((distance << 4) | ((weight - 1) & 15)) as i16)
+    }
+
+    /// Distance t, 1/256 voxel.
+    #[inline(always)]
+    pub const fn distance(self) -> i16 {
+        self.0 >> 4
+    }
+
+    /// Weight W in sixteenths, 0 outside the hull.
+    #[inline(always)]
+    pub const fn weight(self) -> i32 {
+        let nibble = (self.0 & 15) as i32;
+        if nibble == 0 { 0 } else { nibble + 1 }
+    }
+}
+
+/// Builds a hull point by point.
+#[derive(Debug)]
+pub struct HullBuilder<'m, 'b> {
+    model: &'m Model<'m>,
+    reach: Reach,
+    targets: &'b mut [i16],
+    keys: &'b mut [i16],
+}
+
+/// A finished hull.
+#[derive(Clone, Copy, Debug)]
+pub struct Hull<'b> {
+    /// One [`Target`] a stored voxel.
+    pub targets: &'b [i16],
+    /// Voxels in the hull.
+    pub count: u32,
+    /// Sum of their weights, sixteenths.
+    pub weight: u32,
+}
+
+impl<'m, 'b> HullBuilder<'m, 'b> {
+    /// An empty hull. `targets` and `keys` have one element a stored voxel; `keys` is scratch.
+    ///
+    /// # Errors
+    /// A buffer that is too small, or a reach out of range.
+    pub fn new(
+        model: &'m Model<'m>,
+        reach: Reach,
+        targets: &'b mut [i16],
+        keys: &'b mut [i16],
+    ) -> Result<Self, Error> {
+        if reach.front > 1920 || reach.behind > 1920 || reach.front + reach.behind == 0 {
+            return Err(Error::Option(OptionName::Reach));
+        }
+        if !(64..=1024).contains(&reach.lateral) {
+            return Err(Error::Option(OptionName::Lateral));
+        }
+        let targets = first_voxels(model, targets, Buffer::Targets)?;
+        let keys = first_voxels(model, keys, Buffer::Keys)?;
+        targets.fill(0);
+        keys.fill(0);
+        Ok(Self { model, reach, targets, keys })
+    }
+
+    /// Adds a point and its outward unit normal, both in voxels. Points outside the grid and normals that
+    /// are not of unit length are left out.
+    pub fn add(&mut self, point: [f32; 3], normal: [f32; 3]) {
+        let length = normal.iter().map(|n| n * n).sum::<f32>();
+        let inside = point.iter().zip(self.model.grid().sides()).all(|(&p, side)| {
+            p > -8.0 && p < f32::from(side) + 8.0
+        });
+        if !inside || !((0.98..1.02).contains(&length)) {
+            return;
+        }
+        let point = point.map(|p| libm::floorf(p * ONE + 0.5) as i32);
+        let normal = normal.map(|n| libm::floorf(n * (1 << NORMAL_BITS) as f32 + 0.5) as i32);
+        let [xs, ys, zs] = self.ranges(point, normal);
+        for z in zs.0..zs.1 {
+            for y in ys.0..ys.1 {
+                self.add_row(point, normal, xs, y, z);
+            }
+        }
+    }
+
+    /// Voxel ranges that the reach of a point covers, cut at the grid.
+    fn ranges(&self, point: [i32; 3], normal: [i32; 3]) -> [(u16, u16); 3] {
+        let (front, behind) = (i32::from(self.reach.front), i32::from(self.reach.behind));
+        let lateral = i32::from(self.reach.lateral);
+        let mut ranges = [(0, 0); 3];
+        let axes = point.iter().zip(normal).zip(self.model.grid().sides());
+        for (range, ((&p, n), side)) in ranges.iter_mut().zip(axes) {
+            let (ahead, back) = ((n * front) >> NORMAL_BITS, (-n * behind) >> NORMAL_BITS);
+            let low = p + ahead.min(back) - lateral;
+            let high = p + ahead.max(back) + lateral;
+            let cut = |v: i32| v.clamp(0, i32::from(side)) as u16;
+            *range = (cut((low + 255) >> DISTANCE_BITS), cut((high >> DISTANCE_BITS) + 1));
+        }
+        ranges
+    }
+
+    fn add_row(&mut self, point: [i32; 3], normal: [i32; 3], (from, to): (u16, u16), y: u16, z: u16) {
+        let edge = u16::from(self.model.grid().brick()).max(1);
+        let mut x = from;
+        while x < to {
+            let end = (x / edge * edge + edge).min(to);
+            if let Some(brick) = self.model.brick_at([x, y, z]) {
+                let row = brick.row((y % edge) as u8, (z % edge) as u8);
+                for x in x..end {
+                    if let Some(voxel) = row.voxel((x % edge) as u8) {
+                        self.update(brick.first + voxel, point, normal, [x, y, z]);
+                    }
+                }
+            }
+            x = end;
+        }
+    }
+
+    #[inline]
+    fn update(&mut self, index: usize, point: [i32; 3], normal: [i32; 3], voxel: [u16; 3]) {
+        let (mut along, mut squared) = (0i32, 0i32);
+        for ((&p, n), v) in point.iter().zip(normal).zip(voxel) {
+            let offset = (i32::from(v) << DISTANCE_BITS) - p;
+            along += offset * n;
+            squared += offset * offset;
+        }
+        let distance = round_shift(along, NORMAL_BITS);
+        let lateral = i32::from(self.reach.lateral);
+        let in_reach = distance <= i32::from(self.reach.front) && distance >= -i32::from(self.reach.behind);
+        if !in_reach || squared - distance * distance > lateral * lateral {
+            return;
+        }
+        let (Some(target), Some(key)) = (self.targets.get_mut(index), self.keys.get_mut(index)) else {
+            return;
+        };
+        // Squared distance in 1/512 voxel²; one more, so that 0 means "not reached".
+        let new_key = (squared >> 7).min(65534) as u16 + 1;
+        let old = (*key as u16, i32::from(Target(*target).distance()));
+        let order = |(key, distance): (u16, i32)| (key, distance.abs(), distance);
+        if old.0 == 0 || order((new_key, distance)) < order(old) {
+            *key = new_key as i16;
+            *target = Target::new(distance, FULL_WEIGHT).0;
+        }
+    }
+
+    /// The hull of all points added.
+    pub fn finish(self) -> Hull<'b> {
+        Hull::new(self.targets)
+    }
+}
+
+impl<'b> Hull<'b> {
+    /// A hull from one [`Target`] a stored voxel.
+    pub fn new(targets: &'b [i16]) -> Self {
+        let (mut count, mut weight) = (0, 0);
+        for &target in targets {
+            let w = Target(target).weight();
+            count += u32::from(w != 0);
+            weight += w as u32;
+        }
+        Self { targets, count, weight }
+    }
+
+    /// The target of a stored voxel.
+    #[inline(always)]
+    pub fn target(&self, voxel: usize) -> Target {
+        Target(self.targets.get(voxel).copied().unwrap_or(0))
+    }
+
+    /// CRC-32 of the targets.
+    pub fn digest(&self) -> u32 {
+        digest(self.targets.iter().map(|t| t.to_le_bytes()))
+    }
+}
+
+fn first_voxels<'b>(model: &Model<'_>, buffer: &'b mut [i16], name: Buffer) -> Result<&'b mut [i16], Error> {
+    crate::workspace::first(buffer, model.voxels(), name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn targets_keep_distance_and_weight_apart() {
+        for distance in [-2047, -300, -1, 0, 1, 17, 2047] {
+            for weight in 2..=16 {
+                let target = Target::new(distance, weight);
+                assert_eq!((i32::from(target.distance()), target.weight()), (distance, weight));
+            }
+        }
+        assert_eq!(Target(0).weight(), 0);
+        assert_eq!(Target::new(9999, 16).distance(), 2047);
+    }
+}

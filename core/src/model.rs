@@ -1,0 +1,324 @@
+//! The model, read in place: a view on bytes that may lie in flash at any alignment.
+//!
+//! [`Model::from_bytes`] checks everything once; the accessors cannot fail afterwards.
+
+use crate::arithmetic::{MAX_EXPONENT, MIN_EXPONENT, Stride};
+use crate::error::{Error, Part};
+use crate::format::{
+    ABSENT, CHECKSUM_AT, ENTRY_BYTES, Header, MAGIC, MAX_MODES, MODE_BYTES, PREFIX, ROW_BYTES, UNKNOWN,
+    VERSION, checksum,
+};
+use crate::grid::{Grid, linear, position, product};
+
+/// A shape model: mean M and whitened modes b' on a sparse band of voxels.
+#[derive(Clone, Debug)]
+pub struct Model<'a> {
+    header: Header<'a>,
+    grid: Grid,
+    modes: &'a [u8],
+    far: &'a [u8],
+    map: &'a [u8],
+    directory: &'a [u8],
+    records: &'a [u8],
+    checksum: u32,
+}
+
+/// One brick of a model.
+#[derive(Clone, Copy, Debug)]
+pub struct Brick<'a> {
+    /// Voxel position of the brick's first corner.
+    pub corner: [u16; 3],
+    /// Number of its first stored voxel.
+    pub first: usize,
+    edge: u8,
+    exponents: &'a [u8],
+    rows: &'a [u8],
+    means: &'a [u8],
+    basis: &'a [u8],
+}
+
+/// The stored voxels of one row of a brick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Row {
+    /// Bit x is set where voxel x of the row is stored.
+    pub mask: u8,
+    /// Voxels of the brick before this row.
+    pub before: u16,
+}
+
+impl Row {
+    /// Number within the brick of the voxel at `x`, if it is stored.
+    #[inline]
+    pub const fn voxel(self, x: u8) -> Option<usize> {
+        if x > 7 || self.mask >> x & 1 == 0 { None } else { Some(self.rank(x)) }
+    }
+
+    /// Voxels of the brick before `x` of this row.
+    #[inline]
+    pub const fn rank(self, x: u8) -> usize {
+        self.before as usize + (self.mask & ((1u16 << (x & 15)) - 1) as u8).count_ones() as usize
+    }
+}
+
+/// Cuts `n` bytes off the front.
+fn take<'a>(bytes: &mut &'a [u8], n: usize, part: Part) -> Result<&'a [u8], Error> {
+    let (head, tail) = bytes.split_at_checked(n).ok_or(Error::Inconsistent(part))?;
+    *bytes = tail;
+    Ok(head)
+}
+
+fn read_u16(bytes: &[u8], at: usize) -> u16 {
+    bytes.get(at..).and_then(|b| b.first_chunk()).map_or(0, |b| u16::from_le_bytes(*b))
+}
+
+fn read_u32(bytes: &[u8], at: usize) -> u32 {
+    bytes.get(at..).and_then(|b| b.first_chunk()).map_or(0, |b| u32::from_le_bytes(*b))
+}
+
+impl<'a> Model<'a> {
+    /// A view on a model file; see [`format`](crate::format) for its layout.
+    ///
+    /// # Errors
+    /// Tells what is wrong: not a model, an unknown version, cut short, damaged, or inconsistent.
+    pub fn from_bytes(file: &'a [u8]) -> Result<Self, Error> {
+        let prefix: &[u8; PREFIX] = file.first_chunk().ok_or(Error::NotAModel)?;
+        if !prefix.starts_with(&MAGIC) {
+            return Err(Error::NotAModel);
+        }
+        let found = read_u16(prefix, 8);
+        if found != VERSION {
+            return Err(Error::UnknownVersion { found });
+        }
+        let (expected, found) = (read_u32(prefix, 12), u32::try_from(file.len()).unwrap_or(u32::MAX));
+        if expected != found {
+            return Err(Error::WrongLength { expected, found });
+        }
+        let stored = read_u32(prefix, CHECKSUM_AT);
+        if stored != checksum(file) {
+            return Err(Error::Damaged);
+        }
+        let mut rest = file.get(PREFIX..).unwrap_or(&[]);
+        let header = take(&mut rest, usize::from(read_u16(prefix, 10)), Part::Header)?;
+        Self::from_parts(header, rest, stored)
+    }
+
+    fn from_parts(header: &'a [u8], mut rest: &'a [u8], checksum: u32) -> Result<Self, Error> {
+        let header: Header<'a> =
+            postcard::from_bytes(header).map_err(|_| Error::Inconsistent(Part::Header))?;
+        let grid = check_header(&header)?;
+        let far_nodes = product(grid.node_sides(header.far_stride));
+        let model = Self {
+            modes: take(&mut rest, usize::from(header.modes) * MODE_BYTES, Part::Modes)?,
+            far: take(&mut rest, far_nodes * 2, Part::FarField)?,
+            map: take(&mut rest, grid.brick_cells() * 2, Part::Map)?,
+            directory: take(&mut rest, usize::from(header.bricks) * ENTRY_BYTES, Part::Directory)?,
+            records: rest,
+            header,
+            grid,
+            checksum,
+        };
+        model.check_modes()?;
+        model.check_map()?;
+        model.check_bricks()?;
+        Ok(model)
+    }
+
+    /// What the model says about itself.
+    pub const fn header(&self) -> &Header<'a> {
+        &self.header
+    }
+
+    /// The voxel grid.
+    pub const fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// CRC-32 of the file: the model's identity.
+    pub const fn checksum(&self) -> u32 {
+        self.checksum
+    }
+
+    /// Modes, K.
+    pub const fn modes(&self) -> usize {
+        self.header.modes as usize
+    }
+
+    /// Stored voxels.
+    pub const fn voxels(&self) -> usize {
+        self.header.voxels as usize
+    }
+
+    /// Root mean square over the band of one standard deviation of mode `k`, voxels.
+    pub fn deviation(&self, k: usize) -> f32 {
+        f32::from_bits(read_u32(self.modes, k * MODE_BYTES))
+    }
+
+    /// Gain g of mode `k`: (mean(s) / s_k)².
+    pub fn gain(&self, k: usize) -> f32 {
+        f32::from_bits(read_u32(self.modes, k * MODE_BYTES + 4))
+    }
+
+    /// The bricks, in file order.
+    pub fn bricks(&self) -> impl Iterator<Item = Brick<'a>> + use<'a, '_> {
+        (0..usize::from(self.header.bricks)).filter_map(|index| self.brick(index))
+    }
+
+    /// Brick number `index`.
+    pub fn brick(&self, index: usize) -> Option<Brick<'a>> {
+        let entry = self.directory.chunks_exact(ENTRY_BYTES).nth(index)?;
+        let edge = self.grid.brick();
+        let area = usize::from(edge) * usize::from(edge);
+        let cell = position(read_u32(entry, 0) as usize, self.grid.brick_sides());
+        let record = self.records.get(read_u32(entry, 8) as usize..)?;
+        let (exponents, record) = record.split_at_checked(self.modes())?;
+        let (rows, record) = record.split_at_checked(ROW_BYTES * area)?;
+        let last = rows.last_chunk::<ROW_BYTES>()?;
+        let voxels = usize::from(read_u16(last, 1)) + last.first()?.count_ones() as usize;
+        let (means, record) = record.split_at_checked(2 * voxels)?;
+        let (basis, _) = record.split_at_checked(voxels * self.modes())?;
+        let corner = cell.map(|c| c.wrapping_mul(u16::from(edge)));
+        Some(Brick { corner, first: read_u32(entry, 4) as usize, edge, exponents, rows, means, basis })
+    }
+
+    /// The brick that covers a voxel position, if it is stored.
+    #[inline]
+    pub fn brick_at(&self, voxel: [u16; 3]) -> Option<Brick<'a>> {
+        self.brick(self.brick_number(voxel)?)
+    }
+
+    /// Number of the brick that covers a voxel position, if it is stored.
+    #[inline]
+    pub fn brick_number(&self, voxel: [u16; 3]) -> Option<usize> {
+        let edge = u16::from(self.grid.brick());
+        let cell = voxel.map(|v| v.checked_div(edge).unwrap_or(0));
+        let sides = self.grid.brick_sides();
+        if cell.iter().zip(sides).any(|(&c, side)| c >= side) {
+            return None;
+        }
+        let number = read_u16(self.map, 2 * linear(cell, sides));
+        (number != ABSENT).then_some(usize::from(number))
+    }
+
+    /// Far field distance at a far node, voxels; `None` off the support or outside the grid.
+    pub fn far(&self, node: [u16; 3]) -> Option<f32> {
+        let sides = self.grid.node_sides(self.header.far_stride);
+        if node.iter().zip(sides).any(|(&n, side)| n >= side) {
+            return None;
+        }
+        let value = read_u16(self.far, 2 * linear(node, sides)) as i16;
+        (value != UNKNOWN).then(|| f32::from(value) / 256.0)
+    }
+
+    fn check_modes(&self) -> Result<(), Error> {
+        let good = |x: f32| x.is_finite() && x > 0.0 && x <= 65536.0;
+        let all = (0..self.modes()).all(|k| good(self.deviation(k)) && good(self.gain(k)));
+        if all { Ok(()) } else { Err(Error::Inconsistent(Part::Modes)) }
+    }
+
+    fn check_map(&self) -> Result<(), Error> {
+        let mut stored = 0usize;
+        for (cell, entry) in self.map.chunks_exact(2).enumerate() {
+            let number = read_u16(entry, 0);
+            if number == ABSENT {
+                continue;
+            }
+            let listed = read_u32(self.directory, usize::from(number) * ENTRY_BYTES) as usize;
+            if number >= self.header.bricks || listed != cell {
+                return Err(Error::Inconsistent(Part::Map));
+            }
+            stored += 1;
+        }
+        if stored == usize::from(self.header.bricks) { Ok(()) } else { Err(Error::Inconsistent(Part::Map)) }
+    }
+
+    fn check_bricks(&self) -> Result<(), Error> {
+        let (mut first, mut offset) = (0usize, 0usize);
+        for (index, entry) in self.directory.chunks_exact(ENTRY_BYTES).enumerate() {
+            let brick = self.brick(index).ok_or(Error::Inconsistent(Part::Brick))?;
+            if brick.first != first || read_u32(entry, 8) as usize != offset {
+                return Err(Error::Inconsistent(Part::Directory));
+            }
+            brick.check()?;
+            first = first.saturating_add(brick.voxels());
+            let record = brick.exponents.len() + brick.rows.len() + brick.means.len() + brick.basis.len();
+            offset = offset.saturating_add(record);
+        }
+        if first != self.voxels() || offset != self.records.len() {
+            return Err(Error::Inconsistent(Part::Directory));
+        }
+        Ok(())
+    }
+}
+
+fn check_header(header: &Header<'_>) -> Result<Grid, Error> {
+    let grid = Grid::new(header.sides, header.brick)?;
+    let finite = header.spacing.is_finite() && header.origin.iter().all(|o| o.is_finite());
+    let divides = |stride: u8| stride != 0 && header.brick.is_multiple_of(stride);
+    if !finite || header.spacing <= 0.0 || !divides(header.far_stride) || !divides(header.stride) {
+        return Err(Error::Inconsistent(Part::Grid));
+    }
+    if Stride::new(header.stride).is_none() || header.modes == 0 || header.modes > MAX_MODES {
+        return Err(Error::Inconsistent(Part::Header));
+    }
+    let s = &header.scales;
+    let within = |x: f32, low: f32, high: f32| x.is_finite() && x >= low && x <= high;
+    let good = within(s.millimetre, 1e-3, 64.0)
+        && within(s.front, 0.5, 7.5)
+        && within(s.behind, 0.25, 7.5)
+        && [s.global_ridge, s.local_ridge, s.voxel_ridge].iter().all(|&r| within(r, 1e-6, 1e3));
+    if good { Ok(grid) } else { Err(Error::Inconsistent(Part::Scales)) }
+}
+
+impl<'a> Brick<'a> {
+    /// Stored voxels.
+    pub const fn voxels(&self) -> usize {
+        self.means.len() / 2
+    }
+
+    /// Edge, voxels.
+    pub const fn edge(&self) -> u8 {
+        self.edge
+    }
+
+    /// The row along x at (y, z).
+    #[inline]
+    pub fn row(&self, y: u8, z: u8) -> Row {
+        let at = (usize::from(z) * usize::from(self.edge) + usize::from(y)) * ROW_BYTES;
+        let mask = self.rows.get(at).copied().unwrap_or(0);
+        Row { mask, before: read_u16(self.rows, at + 1) }
+    }
+
+    /// Exponents E of the modes: b' = basis · 2^-E.
+    pub const fn exponents(&self) -> &'a [u8] {
+        self.exponents
+    }
+
+    /// Mean distance of a voxel, 1/256 voxel.
+    #[inline]
+    pub fn mean(&self, voxel: usize) -> i16 {
+        read_u16(self.means, 2 * voxel) as i16
+    }
+
+    /// Basis values of a voxel, one a mode, as the bytes of i8.
+    #[inline]
+    pub fn basis(&self, voxel: usize) -> &'a [u8] {
+        let modes = self.exponents.len();
+        self.basis.get(voxel * modes..).and_then(|b| b.get(..modes)).unwrap_or(&[])
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        let good = |e: &u8| (MIN_EXPONENT..=MAX_EXPONENT).contains(e);
+        if !self.exponents.iter().all(good) {
+            return Err(Error::Inconsistent(Part::Brick));
+        }
+        let mut before = 0u32;
+        for row in self.rows.chunks_exact(ROW_BYTES) {
+            let mask = row.first().copied().unwrap_or(0);
+            if u32::from(read_u16(row, 1)) != before || u32::from(mask) >> self.edge != 0 {
+                return Err(Error::Inconsistent(Part::Brick));
+            }
+            before += mask.count_ones();
+        }
+        Ok(())
+    }
+}

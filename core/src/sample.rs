@@ -1,0 +1,142 @@
+//! Trilinear samples of the mean and the modes at a continuous position.
+
+use crate::model::Model;
+
+/// Lowest corner of a cell and the position within it, each coordinate within 0..1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Voxel (or node) position of the lowest corner.
+    pub corner: [u16; 3],
+    /// Position within the cell.
+    pub within: [f32; 3],
+}
+
+impl Place {
+    /// Where `at` lies in a grid whose samples are `stride` voxels apart; `None` below zero or beyond u16.
+    pub fn new(at: [f32; 3], stride: u8) -> Option<Self> {
+        let step = f32::from(stride.max(1));
+        let mut place = Self { corner: [0; 3], within: [0.0; 3] };
+        for ((corner, within), x) in place.corner.iter_mut().zip(&mut place.within).zip(at) {
+            let x = x / step;
+            if !(0.0..60_000.0).contains(&x) {
+                return None;
+            }
+            let low = libm::floorf(x);
+            *corner = low as u16;
+            *within = x - low;
+        }
+        Some(place)
+    }
+
+    /// Position of corner `c` of 8: bit 0 is x, bit 1 is y, bit 2 is z.
+    pub fn position(&self, c: usize) -> [u16; 3] {
+        let [x, y, z] = self.corner;
+        [x + (c & 1) as u16, y + (c >> 1 & 1) as u16, z + (c >> 2 & 1) as u16]
+    }
+
+    /// Trilinear weights of the eight corners.
+    pub fn weights(&self) -> [f32; 8] {
+        let [x, y, z] = self.within;
+        let (nx, ny, nz) = (1.0 - x, 1.0 - y, 1.0 - z);
+        let (a, b, c, d) = (ny * nz, y * nz, ny * z, y * z);
+        [nx * a, x * a, nx * b, x * b, nx * c, x * c, nx * d, x * d]
+    }
+
+    /// Value and gradient of the trilinear interpolation of eight corner values.
+    pub fn interpolate(&self, v: &[f32; 8]) -> (f32, [f32; 3]) {
+        let [x, y, z] = self.within;
+        let [a, b, c, d, e, f, g, h] = *v;
+        let lerp = |p: f32, q: f32, t: f32| p + (q - p) * t;
+        let (ab, cd, ef, gh) = (lerp(a, b, x), lerp(c, d, x), lerp(e, f, x), lerp(g, h, x));
+        let (low, high) = (lerp(ab, cd, y), lerp(ef, gh, y));
+        let dx = lerp(lerp(b - a, d - c, y), lerp(f - e, h - g, y), z);
+        let dy = lerp(cd - ab, gh - ef, z);
+        (lerp(low, high, z), [dx, dy, high - low])
+    }
+}
+
+/// Mean distance and gradient of the far field at `at` (voxels); `None` off its support.
+pub fn far(model: &Model<'_>, at: [f32; 3]) -> Option<(f32, [f32; 3])> {
+    let stride = model.header().far_stride;
+    let place = Place::new(at, stride)?;
+    let mut values = [0.0; 8];
+    for (c, value) in values.iter_mut().enumerate() {
+        *value = model.far(place.position(c))?;
+    }
+    let (value, gradient) = place.interpolate(&values);
+    let step = f32::from(stride.max(1));
+    Some((value, gradient.map(|g| g / step)))
+}
+
+/// Distance Φ = M + b'·v and its gradient at `at` (voxels), for the weights `v` in standard deviations.
+/// With `modes`, also the interpolated b' of the first `modes.len()` modes, voxels per standard deviation.
+/// `None` unless all eight voxels around `at` are stored.
+pub fn band(
+    model: &Model<'_>,
+    at: [f32; 3],
+    weights: &[f32],
+    modes: Option<&mut [f32]>,
+) -> Option<(f32, [f32; 3])> {
+    let place = Place::new(at, 1)?;
+    let edge = u16::from(model.grid().brick());
+    let mut values = [0.0f32; 8];
+    let mut corners: [(&[u8], &[u8]); 8] = [(&[], &[]); 8];
+    let mut last = None;
+    for (c, (value, corner)) in values.iter_mut().zip(&mut corners).enumerate() {
+        let voxel = place.position(c);
+        let number = model.brick_number(voxel)?;
+        let brick = match last {
+            Some((known, brick)) if known == number => brick,
+            _ => model.brick(number)?,
+        };
+        last = Some((number, brick));
+        let [x, y, z] = voxel.map(|v| v.checked_rem(edge).unwrap_or(0) as u8);
+        let index = brick.row(y, z).voxel(x)?;
+        let basis = brick.basis(index);
+        let mut sum = f32::from(brick.mean(index)) / 256.0;
+        for ((&b, &e), &v) in basis.iter().zip(brick.exponents()).zip(weights) {
+            sum += v * f32::from(b as i8) * power(e);
+        }
+        *value = sum;
+        *corner = (basis, brick.exponents());
+    }
+    if let Some(modes) = modes {
+        modes.fill(0.0);
+        for ((basis, exponents), share) in corners.iter().zip(place.weights()) {
+            for ((mode, &b), &e) in modes.iter_mut().zip(*basis).zip(*exponents) {
+                *mode += share * f32::from(b as i8) * power(e);
+            }
+        }
+    }
+    Some(place.interpolate(&values))
+}
+
+/// 2^-exponent.
+#[inline]
+pub fn power(exponent: u8) -> f32 {
+    f32::from_bits(127u32.saturating_sub(u32::from(exponent)) << 23)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn interpolation_is_exact_for_a_plane() {
+        let place = Place { corner: [0; 3], within: [0.25, 0.5, 0.75] };
+        let values = core::array::from_fn(|c| {
+            let [x, y, z] = place.position(c).map(f32::from);
+            1.0 + 2.0 * x - 3.0 * y + 4.0 * z
+        });
+        let (value, gradient) = place.interpolate(&values);
+        assert!((value - (1.0 + 0.5 - 1.5 + 3.0)).abs() < 1e-6);
+        assert_eq!(gradient, [2.0, -3.0, 4.0]);
+        assert!((place.weights().iter().sum::<f32>() - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn powers_are_exact() {
+        assert_eq!(power(5), 1.0 / 32.0);
+        assert_eq!(power(0), 1.0);
+    }
+}

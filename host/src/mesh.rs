@@ -1,0 +1,47 @@
+//! Triangle meshes and point clouds as they come from files and go into them.
+
+/// A point in space; the unit is the file's, millimetres unless said otherwise.
+pub type Point = nalgebra::Point3<f64>;
+/// A direction or a difference of points.
+pub type Vector = nalgebra::Vector3<f64>;
+
+/// A triangle mesh, or a point cloud when it has no triangles.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Vertices.
+    pub points: Vec<Point>,
+    /// Unit normals, one a vertex, or empty where the file has none.
+    pub normals: Vec<Vector>,
+    /// Corner indices into `points`, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    /// The corners of triangle `index`.
+    pub fn corners(&self, index: usize) -> [Point; 3] {
+        self.triangles[index].map(|v| self.points[v as usize])
+    }
+
+    /// Smallest and largest coordinates over all vertices; `None` for an empty mesh.
+    pub fn bounds(&self) -> Option<(Point, Point)> {
+        let first = *self.points.first()?;
+        Some(self.points.iter().fold((first, first), |(low, high), p| (low.inf(p), high.sup(p))))
+    }
+
+    /// Unit normals of the vertices: those of the file, or else the normalised sum of the
+    /// area-weighted normals of the adjacent triangles (zero for a vertex without any).
+    pub fn vertex_normals(&self) -> Vec<Vector> {
+        if self.normals.len() == self.points.len() {
+            return self.normals.clone();
+        }
+        let mut sums = vec![Vector::zeros(); self.points.len()];
+        for (index, triangle) in self.triangles.iter().enumerate() {
+            let [a, b, c] = self.corners(index);
+            let normal = (b - a).cross(&(c - a));
+            for &v in triangle {
+                sums[v as usize] += normal;
+            }
+        }
+        sums.into_iter().map(|n| n.try_normalize(0.0).unwrap_or_else(Vector::zeros)).collect()
+    }
+}
