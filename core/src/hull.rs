@@ -1,11 +1,12 @@
 //! The hull: signed distances in a thin layer around the measured surface, along the lines of sight
 //! (Curless & Levoy 1996, [CL96] in the paper).
 //!
-//! A point updates the voxels along its normal: up to `front` in front of the surface, `behind` behind it
-//! (a line of sight says nothing about what lies behind the surface) and `lateral` sideways. Of all points
-//! that reach a voxel the nearest one gives the distance, measured to its tangent plane. Equally near ones
-//! are ordered by that distance, so the order of points does not matter. Voxels beyond the scan's border
-//! are reached by no normal and stay out of the hull.
+//! A point claims the voxels along its normal, up to `front` before and behind the surface and `lateral`
+//! sideways. Of all points that reach a voxel the nearest one gives the distance, measured to its tangent
+//! plane; equally near ones are ordered by that distance, so the order of points does not matter. Voxels
+//! more than `behind` behind the surface are then left out: a line of sight says nothing about what lies
+//! there. They are claimed all the same, or the head behind a thin ear would reach through it (measured:
+//! 0.5 mm instead of 0.135 on complete faces). Voxels beyond the scan's border are reached by no normal.
 
 use crate::arithmetic::{DISTANCE_BITS, FULL_WEIGHT, RESIDUAL_LIMIT};
 use crate::error::{Buffer, Error, OptionName};
@@ -15,13 +16,15 @@ use crate::model::Model;
 
 const ONE: f32 = (1 << DISTANCE_BITS) as f32;
 const NORMAL_BITS: u32 = 12;
+/// "Weight" of a claimed voxel that is not in the hull.
+const UNKNOWN: i32 = 1;
 
 /// How far a point reaches, 1/256 voxel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reach {
-    /// In front of the surface, at most 7.5 voxels.
+    /// In front of the surface, and claimed behind it; at most 7.5 voxels.
     pub front: u16,
-    /// Behind the surface.
+    /// Behind the surface, in the hull.
     pub behind: u16,
     /// Sideways; about one point spacing, and not under half a voxel.
     pub lateral: u16,
@@ -43,7 +46,8 @@ impl Reach {
 pub struct Target(pub i16);
 
 impl Target {
-    /// A target at a distance (1/256 voxel, limited to ±2047) with a weight of 2..=16 sixteenths.
+    /// A target at a distance (1/256 voxel, limited to ±2047) with a weight of 2..=16 sixteenths; 1 stands for
+    /// no weight.
     #[inline]
     pub const fn new(distance: i32, weight: i32) -> Self {
         let limit = RESIDUAL_LIMIT;
@@ -96,7 +100,7 @@ impl<'m, 'b> HullBuilder<'m, 'b> {
         targets: &'b mut [i16],
         keys: &'b mut [i16],
     ) -> Result<Self, Error> {
-        if reach.front > 1920 || reach.behind > 1920 || reach.front + reach.behind == 0 {
+        if reach.front > 1920 || reach.behind > reach.front || reach.front == 0 {
             return Err(Error::Option(OptionName::Reach));
         }
         if !(64..=1024).contains(&reach.lateral) {
@@ -131,12 +135,12 @@ impl<'m, 'b> HullBuilder<'m, 'b> {
 
     /// Voxel ranges that the reach of a point covers, cut at the grid.
     fn ranges(&self, point: [i32; 3], normal: [i32; 3]) -> [(u16, u16); 3] {
-        let (front, behind) = (i32::from(self.reach.front), i32::from(self.reach.behind));
+        let front = i32::from(self.reach.front);
         let lateral = i32::from(self.reach.lateral);
         let mut ranges = [(0, 0); 3];
         let axes = point.iter().zip(normal).zip(self.model.grid().sides());
         for (range, ((&p, n), side)) in ranges.iter_mut().zip(axes) {
-            let (ahead, back) = ((n * front) >> NORMAL_BITS, (-n * behind) >> NORMAL_BITS);
+            let (ahead, back) = ((n * front) >> NORMAL_BITS, (-n * front) >> NORMAL_BITS);
             let low = p + ahead.min(back) - lateral;
             let high = p + ahead.max(back) + lateral;
             let cut = |v: i32| v.clamp(0, i32::from(side)) as u16;
@@ -172,10 +176,12 @@ impl<'m, 'b> HullBuilder<'m, 'b> {
         }
         let distance = round_shift(along, NORMAL_BITS);
         let lateral = i32::from(self.reach.lateral);
-        let in_reach = distance <= i32::from(self.reach.front) && distance >= -i32::from(self.reach.behind);
-        if !in_reach || squared - distance * distance > lateral * lateral {
+        if distance.abs() > i32::from(self.reach.front) || squared - distance * distance > lateral * lateral {
             return;
         }
+        // Behind the surface a voxel is claimed as far as in front, so that a sheet farther off cannot claim it,
+        // but only the first ones have a weight: a line of sight ends at the surface.
+        let weight = if distance >= -i32::from(self.reach.behind) { FULL_WEIGHT } else { UNKNOWN };
         let (Some(target), Some(key)) = (self.targets.get_mut(index), self.keys.get_mut(index)) else {
             return;
         };
@@ -185,7 +191,7 @@ impl<'m, 'b> HullBuilder<'m, 'b> {
         let order = |(key, distance): (u16, i32)| (key, distance.abs(), distance);
         if old.0 == 0 || order((new_key, distance)) < order(old) {
             *key = new_key as i16;
-            *target = Target::new(distance, FULL_WEIGHT).0;
+            *target = Target::new(distance, weight).0;
         }
     }
 

@@ -16,7 +16,7 @@
 //!
 //! Modes are taken [`GROUP`] at a time, so that gradients need memory for a group and not for all.
 
-use crate::arithmetic::{Arithmetic, DISTANCE_BITS, Kernel, Stride};
+use crate::arithmetic::{Arithmetic, Kernel, Stride};
 use crate::box_filter::{box_sum, integrate};
 use crate::cells::{Cell, Field, cell_len, cells};
 use crate::error::{Buffer, Error};
@@ -117,7 +117,9 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
                 *value = A::weight(weight);
             }
         }
-        self.previous.copy_from_slice_checked(self.weights);
+        for (previous, &weight) in self.previous.iter_mut().zip(self.weights.iter()) {
+            *previous = weight;
+        }
         if self.schedule.iterations() == 0 {
             self.stage = Stage::Done;
         }
@@ -234,8 +236,8 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
     fn invert_curvature(&mut self) {
         let kernel = self.kernel();
         let scales = &self.model.header().scales;
-        let cube = f64::from(self.stride.voxels).powi_3();
-        let ridge = f64::from(scales.local_ridge) + f64::from(scales.voxel_ridge) * cube;
+        let q = f64::from(self.stride.voxels);
+        let ridge = f64::from(scales.local_ridge) + f64::from(scales.voxel_ridge) * (q * q * q);
         smooth::<A>(&self.nodes, self.dense, kernel.radius, self.gradient, 1, 0);
         for (reciprocal, &boxed) in self.reciprocals.iter_mut().zip(self.gradient.iter()) {
             *reciprocal = A::reciprocal(boxed, ridge, kernel);
@@ -443,28 +445,3 @@ fn smooth<A: Arithmetic>(
         *value = box_sum::<A>(dense, nodes.sides(), nodes.position(index), radius);
     }
 }
-
-trait CopyChecked<T> {
-    fn copy_from_slice_checked(&mut self, from: &[T]);
-}
-
-impl<T: Copy> CopyChecked<T> for [T] {
-    /// Copies as many elements as fit.
-    fn copy_from_slice_checked(&mut self, from: &[T]) {
-        for (to, &from) in self.iter_mut().zip(from) {
-            *to = from;
-        }
-    }
-}
-
-trait Cube {
-    fn powi_3(self) -> f64;
-}
-
-impl Cube for f64 {
-    fn powi_3(self) -> f64 {
-        self * self * self
-    }
-}
-
-const _: () = assert!(DISTANCE_BITS == 8);

@@ -9,7 +9,7 @@ use crate::model::Model;
 pub struct Pass<'a> {
     /// Radius r of the box kernel, nodes: its side is (2 r + 1) q voxels.
     pub radius: u8,
-    /// Step length μ of each iteration, within 0..=64.
+    /// Step length μ of each iteration, within 0..=1024.
     pub steps: &'a [f32],
 }
 
@@ -51,7 +51,7 @@ impl<'a> Schedule<'a> {
             if width > 31 {
                 return Err(Error::Radius { asked: pass.radius });
             }
-            if !pass.steps.iter().all(|s| s.is_finite() && (0.0..=64.0).contains(s)) {
+            if !pass.steps.iter().all(|s| s.is_finite() && (0.0..=1024.0).contains(s)) {
                 return Err(Error::Option(OptionName::Step));
             }
         }

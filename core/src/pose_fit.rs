@@ -1,0 +1,302 @@
+//! Pose and shape estimated together: one Gauss-Newton over seven pose unknowns and K weights.
+//!
+//! Alternating them lets the pose absorb what the model cannot explain. For a scan point p with
+//! q = s R p + t, all in voxels:
+//!
+//! ```text
+//! Φ = M + b'·v,  g = ∇Φ,  γ = max(|g|, 0.3),  r = Φ / γ,  n = g / γ,  q~ = q - mean(q)
+//! w   = 1 / (1 + (r / c)²)   where q is on the support and |r| < max(15 mm, 2 c), else 0
+//! row = [ b'(q) / γ | q~ × n | n | q~·n - r ]      the last entry is the residual in scan units: it stops
+//!                                                   the shrinking
+//! (Jᵀ W J + diag(λ I, 0) + 10⁻⁶ Σw) x = -(Jᵀ W r + [λ v; 0]),   λ = 0.001 Σw
+//! ```
+//!
+//! Steps are limited to 0.15 rad, 5 % and 8 mm. The rigid iterations use the far field where the band is
+//! not stored. Arithmetic is f32 through libm, sums in a fixed order: the same bits on every processor.
+
+use crate::cholesky::{packed, solve};
+use crate::error::{Buffer, Error};
+use crate::model::Model;
+use crate::pose::{Pose, cross, dot, zip};
+use crate::sample;
+use crate::workspace::{Progress, first};
+
+/// Points taken in one step.
+const CHUNK: usize = 64;
+/// Pose unknowns: turn, shift, growth.
+const POSE: usize = 7;
+/// Fewest points that can hold seven unknowns.
+const FEWEST: usize = 16;
+
+/// Iterations of one kind.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Round {
+    /// How many.
+    pub iterations: u16,
+    /// Misfit scale c, class millimetres.
+    pub misfit: f32,
+    /// Whether the scale may change.
+    pub growth: bool,
+    /// Whether the weights are estimated too.
+    pub shape: bool,
+}
+
+/// Rigid, with scale, then joint.
+pub const ROUNDS: [Round; 3] = [
+    Round { iterations: 4, misfit: 16.0, growth: false, shape: false },
+    Round { iterations: 3, misfit: 8.0, growth: true, shape: false },
+    Round { iterations: 10, misfit: 4.0, growth: true, shape: true },
+];
+
+/// Memory of a pose fit.
+#[derive(Debug)]
+pub struct PoseBuffers<'b> {
+    /// [`sums_len`] elements.
+    pub normal: &'b mut [f64],
+    /// [`sums_len`] elements.
+    pub chunk: &'b mut [f32],
+    /// One a mode: b' at a point, then the row.
+    pub row: &'b mut [f32],
+    /// Weights v, one a mode, standard deviations.
+    pub weights: &'b mut [f32],
+}
+
+/// Elements of `normal` and of `chunk`.
+pub const fn sums_len(modes: usize) -> usize {
+    packed(modes + POSE) + modes + POSE
+}
+
+/// Elements of `row`.
+pub const fn row_len(modes: usize) -> usize {
+    modes + POSE
+}
+
+/// How well the points lie on the model.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Agreement {
+    /// Sum of the robust weights w.
+    pub weight: f32,
+    /// Sum of w r², voxel².
+    pub squared: f32,
+    /// Points on the support.
+    pub on_support: u32,
+}
+
+/// A pose fit under way.
+#[derive(Debug)]
+pub struct PoseFit<'a, 'b> {
+    model: &'a Model<'a>,
+    points: &'a [[f32; 3]],
+    rounds: &'a [Round],
+    buffers: PoseBuffers<'b>,
+    pose: Pose,
+    mean: [f32; 3],
+    round: usize,
+    iteration: u16,
+    next: usize,
+    agreement: Agreement,
+    last: Agreement,
+    done: u32,
+}
+
+impl<'a, 'b> PoseFit<'a, 'b> {
+    /// Prepares the fit of scan `points` (scan unit) from a rough `pose`. The weights start at zero.
+    ///
+    /// # Errors
+    /// Too few points, a pose that is none, or a buffer too small.
+    pub fn new(
+        model: &'a Model<'a>,
+        points: &'a [[f32; 3]],
+        pose: Pose,
+        rounds: &'a [Round],
+        buffers: PoseBuffers<'b>,
+    ) -> Result<Self, Error> {
+        if points.len() < FEWEST {
+            return Err(Error::TooFewPoints { given: points.len() as u32 });
+        }
+        if !pose.is_valid() {
+            return Err(Error::Pose);
+        }
+        let modes = model.modes();
+        let buffers = PoseBuffers {
+            normal: first(buffers.normal, sums_len(modes), Buffer::Normal)?,
+            chunk: first(buffers.chunk, sums_len(modes), Buffer::Block)?,
+            row: first(buffers.row, row_len(modes), Buffer::Cell)?,
+            weights: first(buffers.weights, modes, Buffer::Weights)?,
+        };
+        buffers.weights.fill(0.0);
+        buffers.normal.fill(0.0);
+        let count = points.len() as f32;
+        let sum = points.iter().fold([0.0; 3], |sum, &p| zip(sum, p, |a, b| a + b));
+        let mean = sum.map(|s| s / count);
+        let agreement = Agreement::default();
+        let last = agreement;
+        Ok(Self {
+            model,
+            points,
+            rounds,
+            buffers,
+            pose,
+            mean,
+            round: 0,
+            iteration: 0,
+            next: 0,
+            agreement,
+            last,
+            done: 0,
+        })
+    }
+
+    /// A chunk of points, or the solve after the last one; `None` when done.
+    pub fn step(&mut self) -> Option<Progress> {
+        while self.rounds.get(self.round).is_some_and(|round| self.iteration >= round.iterations) {
+            (self.round, self.iteration) = (self.round + 1, 0);
+        }
+        let round = *self.rounds.get(self.round)?;
+        match self.points.get(self.next..).filter(|rest| !rest.is_empty()) {
+            Some(rest) => {
+                self.add_chunk(rest.get(..CHUNK).unwrap_or(rest), &round);
+                self.next = self.next.saturating_add(CHUNK);
+            }
+            None => {
+                self.solve(&round);
+                (self.next, self.iteration) = (0, self.iteration + 1);
+                self.last = core::mem::take(&mut self.agreement);
+                self.buffers.normal.fill(0.0);
+            }
+        }
+        self.done = self.done.saturating_add(1);
+        let iterations: usize = self.rounds.iter().map(|round| usize::from(round.iterations)).sum();
+        let total = iterations * (self.points.len().div_ceil(CHUNK) + 1);
+        Some(Progress { done: self.done, total: total as u32 })
+    }
+
+    /// Runs to the end: the pose and the agreement in the last iteration.
+    pub fn run(mut self) -> (Pose, Agreement) {
+        while self.step().is_some() {}
+        (self.pose, self.last)
+    }
+
+    /// The pose so far.
+    pub const fn pose(&self) -> Pose {
+        self.pose
+    }
+
+    /// How well the points lay on the model in the last complete iteration.
+    pub const fn agreement(&self) -> Agreement {
+        self.last
+    }
+
+    fn add_chunk(&mut self, points: &[[f32; 3]], round: &Round) {
+        let modes = if round.shape { self.model.modes() } else { 0 };
+        let unknowns = modes + POSE;
+        self.buffers.chunk.fill(0.0);
+        let centre = self.pose.apply(self.mean);
+        for &point in points {
+            let q = self.pose.apply(point);
+            let row = self.buffers.row.get_mut(..unknowns).unwrap_or(&mut []);
+            let Some((residual, weight)) = fill_row(self.model, q, centre, round, self.buffers.weights, row) else {
+                continue;
+            };
+            self.agreement.weight += weight;
+            self.agreement.squared += weight * residual * residual;
+            self.agreement.on_support += 1;
+            add_row(self.buffers.chunk, row, residual, weight);
+        }
+        for (sum, &part) in self.buffers.normal.iter_mut().zip(self.buffers.chunk.iter()) {
+            *sum += f64::from(part);
+        }
+    }
+
+    fn solve(&mut self, round: &Round) {
+        let modes = if round.shape { self.model.modes() } else { 0 };
+        let unknowns = modes + POSE;
+        let total = f64::from(self.agreement.weight);
+        if self.agreement.on_support < FEWEST as u32 || total <= 0.0 {
+            return;
+        }
+        let Some((matrix, rest)) = self.buffers.normal.split_at_mut_checked(packed(unknowns)) else { return };
+        let Some(vector) = rest.get_mut(..unknowns) else { return };
+        for i in 0..unknowns {
+            let ridge = if i < modes { 1e-3 * total } else { 0.0 };
+            let weight = self.buffers.weights.get(i).copied().filter(|_| i < modes).unwrap_or(0.0);
+            let fixed = if i + 1 == unknowns && !round.growth { 1e12 * total } else { 0.0 };
+            if let (Some(diagonal), Some(value)) = (matrix.get_mut(packed(i) + i), vector.get_mut(i)) {
+                *diagonal += ridge + fixed + 1e-6 * total;
+                *value = -(*value + ridge * f64::from(weight));
+            }
+        }
+        solve(matrix, vector);
+        let (shape, motion) = vector.split_at(modes.min(vector.len()));
+        for (weight, &change) in self.buffers.weights.iter_mut().zip(shape) {
+            *weight = (*weight + change as f32).clamp(-16.0, 16.0);
+        }
+        let &[a, b, c, x, y, z, growth] = motion else { return };
+        let limit = 8.0 * self.model.header().scales.millimetre;
+        let omega = limited([a, b, c].map(|v| v as f32), 0.15);
+        let shift = limited([x, y, z].map(|v| v as f32), limit);
+        let growth = (growth as f32).clamp(-0.05, 0.05);
+        self.pose = self.pose.moved(self.pose.apply(self.mean), omega, growth, shift);
+    }
+}
+
+/// Fills a point's row: `Some((r, w))` where it counts.
+fn fill_row(
+    model: &Model<'_>,
+    q: [f32; 3],
+    centre: [f32; 3],
+    round: &Round,
+    weights: &[f32],
+    row: &mut [f32],
+) -> Option<(f32, f32)> {
+    let modes = row.len().checked_sub(POSE)?;
+    let (shape, motion) = row.split_at_mut_checked(modes)?;
+    let millimetre = model.header().scales.millimetre;
+    let misfit = round.misfit * millimetre;
+    let (distance, gradient) = if round.shape {
+        sample::band(model, q, weights, Some(shape))?
+    } else {
+        sample::band(model, q, &[], None).or_else(|| sample::far(model, q))?
+    };
+    let steepness = libm::sqrtf(dot(gradient, gradient)).max(0.3);
+    let residual = distance / steepness;
+    if !(residual.abs() < (15.0 * millimetre).max(2.0 * misfit)) {
+        return None;
+    }
+    for value in shape {
+        *value /= steepness;
+    }
+    let normal = gradient.map(|g| g / steepness);
+    let arm = zip(q, centre, |a, b| a - b);
+    let [a, b, c] = cross(arm, normal);
+    let [x, y, z] = normal;
+    let values = [a, b, c, x, y, z, dot(arm, normal) - residual];
+    for (slot, value) in motion.iter_mut().zip(values) {
+        *slot = value;
+    }
+    let ratio = residual / misfit;
+    Some((residual, 1.0 / (1.0 + ratio * ratio)))
+}
+
+/// Adds w row rowᵀ (packed lower triangle), then w r row.
+fn add_row(sums: &mut [f32], row: &[f32], residual: f32, weight: f32) {
+    let mut rest = sums;
+    for (i, &value) in row.iter().enumerate() {
+        let Some((line, tail)) = rest.split_at_mut_checked(i + 1) else { return };
+        let scaled = weight * value;
+        for (sum, &other) in line.iter_mut().zip(row) {
+            *sum += scaled * other;
+        }
+        rest = tail;
+    }
+    let scaled = weight * residual;
+    for (sum, &value) in rest.iter_mut().zip(row) {
+        *sum += scaled * value;
+    }
+}
+
+/// The vector, shortened to `limit`.
+fn limited(v: [f32; 3], limit: f32) -> [f32; 3] {
+    let length = libm::sqrtf(dot(v, v));
+    if length > limit { v.map(|c| c * limit / length) } else { v }
+}

@@ -1,0 +1,157 @@
+//! Files that are there completely or not at all.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use super::error::Error;
+
+/// Writes a file by way of a temporary one in the same folder, so that a reader never sees half
+/// of it and a failure leaves what was there before.
+///
+/// The result has the permissions of any newly created file. A link is followed; a device or a
+/// pipe, which cannot be replaced, is written directly. A write-protected file stays as it is.
+///
+/// # Errors
+/// [`Error::Write`] if the folder is missing or closed, the disk full, or `fill` fails.
+///
+/// ```
+/// let folder = tempfile::tempdir()?;
+/// let path = folder.path().join("report.txt");
+/// lacuna_host::io::atomic::write(&path, |out| out.write_all(b"0.12 mm"))?;
+/// assert_eq!(std::fs::read(path)?, b"0.12 mm");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Error> {
+    let result = match fs::metadata(path) {
+        Ok(there) if there.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
+        Ok(there) if there.permissions().readonly() => Err(io::ErrorKind::PermissionDenied.into()),
+        Ok(there) if !there.is_file() => fill_directly(path, fill),
+        Ok(_) => fs::canonicalize(path).and_then(|target| replace(&target, fill)),
+        Err(_) => replace(path, fill),
+    };
+    result.map_err(|cause| Error::Write { path: path.into(), cause })
+}
+
+fn fill_directly(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    let mut out = BufWriter::new(File::options().write(true).open(path)?);
+    fill(&mut out)?;
+    out.flush()
+}
+
+fn replace(target: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    // Dropped on any error below, and with it the file.
+    let mut temporary = temporary_in(&folder_of(target))?;
+    let mut out = BufWriter::with_capacity(1 << 16, temporary.as_file_mut());
+    fill(&mut out)?;
+    out.flush()?;
+    drop(out);
+    temporary.as_file().sync_all()?;
+    temporary.persist(target).map_err(|failed| failed.error)?;
+    Ok(())
+}
+
+fn folder_of(path: &Path) -> PathBuf {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder.into(),
+        _ => ".".into(),
+    }
+}
+
+#[cfg(unix)]
+fn temporary_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
+    use std::os::unix::fs::PermissionsExt;
+    // Less the umask, as for any new file; the default would be the owner's eyes only.
+    let permissions = fs::Permissions::from_mode(0o666);
+    tempfile::Builder::new().prefix(".lacuna-").permissions(permissions).tempfile_in(folder)
+}
+
+#[cfg(not(unix))]
+fn temporary_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
+    tempfile::Builder::new().prefix(".lacuna-").tempfile_in(folder)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn files_in(folder: &Path) -> usize {
+        fs::read_dir(folder).unwrap().count()
+    }
+
+    #[test]
+    fn the_file_is_replaced_as_a_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        for text in [b"long text".as_slice(), b"short"] {
+            write(&path, |out| out.write_all(text)).unwrap();
+            assert_eq!(fs::read(&path).unwrap(), text);
+        }
+        assert_eq!(files_in(folder.path()), 1);
+    }
+
+    #[test]
+    fn a_failure_leaves_what_was_there_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        fs::write(&path, b"old").unwrap();
+        let full = |out: &mut dyn Write| {
+            out.write_all(b"new")?;
+            Err(io::ErrorKind::StorageFull.into())
+        };
+        let message = write(&path, full).unwrap_err().to_string();
+        assert!(message.contains("a.txt") && message.contains("the disk is full"), "{message}");
+        assert_eq!((fs::read(&path).unwrap().as_slice(), files_in(folder.path())), (b"old".as_slice(), 1));
+    }
+
+    #[test]
+    fn a_missing_folder_is_named_as_the_cause() {
+        let folder = tempfile::tempdir().unwrap();
+        let message = write(&folder.path().join("no/a.txt"), |_| Ok(())).unwrap_err().to_string();
+        assert!(message.ends_with("its folder does not exist; create the folder first"), "{message}");
+    }
+
+    #[test]
+    fn a_folder_and_a_protected_file_are_not_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        fs::write(&path, b"old").unwrap();
+        let mut permissions = fs::metadata(&path).unwrap().permissions();
+        permissions.set_readonly(true);
+        fs::set_permissions(&path, permissions).unwrap();
+        assert!(write(&path, |_| Ok(())).unwrap_err().to_string().contains("access is denied"));
+        assert!(write(folder.path(), |_| Ok(())).unwrap_err().to_string().contains("this is a folder"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn permissions_are_those_of_any_new_file() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let mode = |name| fs::metadata(folder.path().join(name)).unwrap().permissions().mode();
+        write(&folder.path().join("ours"), |_| Ok(())).unwrap();
+        File::create(folder.path().join("usual")).unwrap();
+        assert_eq!(mode("ours"), mode("usual"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_is_followed_and_a_device_is_not_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let (link, target) = (folder.path().join("link"), folder.path().join("target"));
+        fs::write(&target, b"old").unwrap();
+        std::os::unix::fs::symlink(&target, &link).unwrap();
+        write(&link, |out| out.write_all(b"new")).unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(fs::read(&target).unwrap(), b"new");
+        write(Path::new("/dev/null"), |out| out.write_all(b"new")).unwrap();
+        assert!(!fs::metadata("/dev/null").unwrap().is_file());
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_full_disk_is_named_as_the_cause() {
+        let message = write(Path::new("/dev/full"), |out| out.write_all(b"x")).unwrap_err().to_string();
+        assert!(message.contains("the disk is full"), "{message}");
+    }
+}

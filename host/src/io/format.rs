@@ -1,0 +1,122 @@
+//! Which format is it? Content first, then the name.
+
+use std::path::Path;
+
+use super::error::{Fault, Problem};
+use super::text::{Lines, number, words};
+use super::{obj, ply, stl, xyz};
+use crate::mesh::Mesh;
+
+/// A file format for meshes or point clouds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// Stanford PLY, ascii or binary.
+    Ply,
+    /// Wavefront OBJ.
+    Obj,
+    /// STL, ascii or binary.
+    Stl,
+    /// Text with the columns x y z or x y z nx ny nz.
+    Xyz,
+}
+
+impl Format {
+    /// The format of a file called `path` that holds `bytes`.
+    ///
+    /// An unmistakable beginning wins over the extension, the extension over a guess.
+    ///
+    /// # Errors
+    /// If the file is empty, a picture, or nothing known.
+    pub fn detect(path: &Path, bytes: &[u8]) -> Result<Self, Fault> {
+        if bytes.is_empty() {
+            return Err(Problem::Empty.in_whole());
+        }
+        if bytes.starts_with(b"\x89PNG") {
+            return Err(Problem::Picture.in_whole());
+        }
+        Self::by_magic(bytes)
+            .or_else(|| Self::by_extension(path))
+            .or_else(|| Self::by_guess(bytes))
+            .ok_or(Problem::UnknownFormat.in_whole())
+    }
+
+    fn by_magic(bytes: &[u8]) -> Option<Self> {
+        if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
+            return Some(Format::Ply);
+        }
+        (stl::is_binary(bytes) || stl::is_ascii(bytes)).then_some(Format::Stl)
+    }
+
+    fn by_extension(path: &Path) -> Option<Self> {
+        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+            "ply" => Some(Format::Ply),
+            "obj" => Some(Format::Obj),
+            "stl" => Some(Format::Stl),
+            "xyz" => Some(Format::Xyz),
+            _ => None,
+        }
+    }
+
+    /// Judges by the first line that says something.
+    fn by_guess(bytes: &[u8]) -> Option<Self> {
+        let line = Lines::new(bytes).map(|(_, line)| line).find(|line| !is_remark(line))?;
+        match words(line).next()? {
+            b"v" | b"vn" | b"vt" | b"o" | b"g" | b"mtllib" | b"usemtl" => Some(Format::Obj),
+            word => number(word).is_ok().then_some(Format::Xyz),
+        }
+    }
+}
+
+/// Whether a line of a text file is blank or a remark.
+pub(super) fn is_remark(line: &[u8]) -> bool {
+    words(line).next().is_none_or(|word| word.starts_with(b"#") || word.starts_with(b"//"))
+}
+
+/// Reads a mesh of a known format from memory.
+///
+/// # Errors
+/// If the bytes are not a complete and consistent file of that format.
+pub fn parse(format: Format, bytes: &[u8]) -> Result<Mesh, Fault> {
+    match format {
+        Format::Ply => ply::parse(bytes),
+        Format::Obj => obj::parse(bytes),
+        Format::Stl => stl::parse(bytes),
+        Format::Xyz => xyz::parse(bytes),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn detect(name: &str, bytes: &[u8]) -> Result<Format, Problem> {
+        Format::detect(Path::new(name), bytes).map_err(|fault| fault.problem)
+    }
+
+    #[test]
+    fn magic_wins_over_the_extension() {
+        assert_eq!(detect("a.stl", b"ply\r\nformat"), Ok(Format::Ply));
+        assert_eq!(detect("a.obj", b"solid x\nfacet normal 0 0 1\n"), Ok(Format::Stl));
+    }
+
+    #[test]
+    fn the_extension_wins_over_a_guess() {
+        assert_eq!(detect("a.PLY", b"1 2 3"), Ok(Format::Ply));
+        assert_eq!(detect("a.obj", b"1 2 3"), Ok(Format::Obj));
+        assert_eq!(detect("a.xyz", b"v 1 2 3"), Ok(Format::Xyz));
+    }
+
+    #[test]
+    fn text_without_a_telling_name_is_guessed() {
+        assert_eq!(detect("a.txt", b"# x y z\n\n 1 2 3"), Ok(Format::Xyz));
+        assert_eq!(detect("a.txt", b"# blender\nmtllib a.mtl"), Ok(Format::Obj));
+        assert_eq!(detect("noname", b"-1e3 2 3"), Ok(Format::Xyz));
+    }
+
+    #[test]
+    fn what_is_nothing_known_says_so() {
+        assert_eq!(detect("a.doc", b"Dear all"), Err(Problem::UnknownFormat));
+        assert_eq!(detect("a.ply", b""), Err(Problem::Empty));
+        assert_eq!(detect("depth.png", b"\x89PNG\r\n"), Err(Problem::Picture));
+    }
+}

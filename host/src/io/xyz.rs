@@ -1,0 +1,106 @@
+//! Point clouds as text: one point a line, `x y z` or `x y z nx ny nz`.
+
+use super::error::{Fault, Problem};
+use super::finish::{finish, is_finite};
+use super::format::is_remark;
+use super::text::{Lines, number, words};
+use crate::mesh::{Mesh, Point, Vector};
+
+/// Reads a point cloud. Blank lines and remarks (`#`, `//`) are skipped; all other lines must
+/// have as many columns as the first. Six columns whose last three are whole numbers from 0 to
+/// 255 are read as a coloured cloud without normals.
+pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
+    let mut mesh = Mesh::default();
+    let mut columns = None;
+    for (line, text) in Lines::new(bytes).filter(|(_, text)| !is_remark(text)) {
+        let (row, found) = row(text).map_err(|problem| problem.in_line(line))?;
+        let expected = *columns.get_or_insert(found);
+        if found != expected {
+            let expected = if expected == 3 { "3" } else { "6" };
+            return Err(Problem::Columns { expected, found }.in_line(line));
+        }
+        push(&mut mesh, row, found).map_err(|problem| problem.in_line(line))?;
+    }
+    if are_colours(&mesh.normals) {
+        mesh.normals.clear();
+    }
+    finish(mesh)
+}
+
+/// The values of a line and how many there are: three or six.
+fn row(text: &[u8]) -> Result<([f64; 6], usize), Problem> {
+    let mut row = [0.0; 6];
+    let mut found = 0;
+    for word in words(text) {
+        if let Some(value) = row.get_mut(found) {
+            *value = number(word)?;
+        }
+        found += 1;
+    }
+    match found {
+        3 | 6 => Ok((row, found)),
+        _ => Err(Problem::Columns { expected: "3 or 6", found }),
+    }
+}
+
+fn push(mesh: &mut Mesh, row: [f64; 6], columns: usize) -> Result<(), Problem> {
+    let [x, y, z, nx, ny, nz] = row;
+    let point = Point::new(x, y, z);
+    if !is_finite(&point) {
+        return Err(Problem::NotFinite { vertex: mesh.points.len() });
+    }
+    mesh.points.push(point);
+    if columns == 6 {
+        mesh.normals.push(Vector::new(nx, ny, nz));
+    }
+    Ok(())
+}
+
+/// Whether "normals" are red, green and blue: whole numbers up to 255, not all 0 or 1.
+fn are_colours(normals: &[Vector]) -> bool {
+    let byte = |value: &f64| (0.0..=255.0).contains(value) && value.fract() == 0.0;
+    normals.iter().all(|n| n.iter().all(byte)) && normals.iter().any(|n| n.amax() > 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::Place;
+
+    #[test]
+    fn three_columns_are_points() {
+        let mesh = parse(b"# a cloud\n1 2 3\r\n\n -4.5\t5e0   6 \n").unwrap();
+        assert_eq!(mesh.points, [Point::new(1.0, 2.0, 3.0), Point::new(-4.5, 5.0, 6.0)]);
+        assert!(mesh.normals.is_empty() && mesh.triangles.is_empty());
+    }
+
+    #[test]
+    fn six_columns_are_points_with_normals() {
+        let mesh = parse(b"1 2 3 0 0 2\n4 5 6 0 -1 0").unwrap();
+        assert_eq!(mesh.normals, [Vector::z(), -Vector::y()]);
+    }
+
+    #[test]
+    fn colours_are_not_taken_for_normals() {
+        assert!(parse(b"1 2 3 255 128 0\n4 5 6 0 0 1").unwrap().normals.is_empty());
+    }
+
+    #[test]
+    fn errors_name_the_line() {
+        let cases: [(&[u8], usize, Problem); 5] = [
+            (b"1 2 3\n4 5", 2, Problem::Columns { expected: "3 or 6", found: 2 }),
+            (b"1 2 3\n1 2 3 0 0 1", 2, Problem::Columns { expected: "3", found: 6 }),
+            (b"x y z\n1 2 3", 1, Problem::NotANumber("x".into())),
+            (b"1 2 3 4 5 6 7 8", 1, Problem::Columns { expected: "3 or 6", found: 8 }),
+            (b"\n1 2 3\n1 nan 3", 3, Problem::NotFinite { vertex: 1 }),
+        ];
+        for (text, line, problem) in cases {
+            assert_eq!(parse(text), Err(Fault { place: Place::Line(line), problem }));
+        }
+    }
+
+    #[test]
+    fn remarks_alone_are_no_vertices() {
+        assert_eq!(parse(b"# nothing\n").unwrap_err().problem, Problem::NoVertices);
+    }
+}

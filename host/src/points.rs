@@ -1,0 +1,152 @@
+//! Oriented points of a scan: what the core takes in.
+//!
+//! A scan is thinned by clustering: all surface within a small cube becomes one point with the mean normal,
+//! which also averages the scanner's noise.
+
+use crate::mesh::{Mesh, Point, Vector};
+use std::collections::HashMap;
+
+/// Points with outward unit normals.
+#[derive(Clone, Debug, Default)]
+pub struct OrientedPoints {
+    /// Positions.
+    pub points: Vec<Point>,
+    /// Unit normals.
+    pub normals: Vec<Vector>,
+}
+
+#[derive(Clone, Copy)]
+struct Cluster {
+    position: Vector,
+    normal: Vector,
+    area: f64,
+}
+
+type Key = [i64; 3];
+
+/// Thins a mesh or an oriented cloud to one point per occupied cube of edge `cell`, in a fixed order.
+/// Surfaces that face away from each other within a cube stay apart.
+pub fn thin(mesh: &Mesh, cell: f64) -> OrientedPoints {
+    let mut clusters: HashMap<(Key, u8), Cluster> = HashMap::new();
+    let mut add = |position: Vector, normal: Vector, area: f64| {
+        let key = position.map(|c| (c / cell).floor() as i64).into();
+        let start = Cluster { position: Vector::zeros(), normal: Vector::zeros(), area: 0.0 };
+        let cluster = clusters.entry((key, facing(&normal))).or_insert(start);
+        cluster.position += position * area;
+        cluster.normal += normal * area;
+        cluster.area += area;
+    };
+    if mesh.triangles.is_empty() {
+        for (point, normal) in mesh.points.iter().zip(&mesh.normals) {
+            add(point.coords, *normal, 1.0);
+        }
+    }
+    for t in 0..mesh.triangles.len() {
+        sample(&mesh.corners(t), cell / 2.0, &mut add);
+    }
+    let merged = merge(clusters);
+    smoothed(&merged)
+}
+
+/// One of six directions, so that two sides of a thin part do not cancel.
+fn facing(normal: &Vector) -> u8 {
+    let axis = normal.iamax();
+    2 * axis as u8 + u8::from(normal[axis] < 0.0)
+}
+
+/// Joins the clusters of a cube whose normals agree.
+fn merge(clusters: HashMap<(Key, u8), Cluster>) -> Vec<(Key, Cluster)> {
+    let mut ordered: Vec<((Key, u8), Cluster)> = clusters.into_iter().collect();
+    ordered.sort_unstable_by_key(|(key, _)| *key);
+    let mut merged: Vec<(Key, Cluster)> = Vec::with_capacity(ordered.len());
+    for ((key, _), cluster) in ordered {
+        let same = merged.iter_mut().rev().take_while(|(other, _)| *other == key);
+        let mut friends = same.filter(|(_, other)| other.normal.dot(&cluster.normal) > 0.0);
+        match friends.next() {
+            Some((_, other)) => {
+                other.position += cluster.position;
+                other.normal += cluster.normal;
+                other.area += cluster.area;
+            }
+            None => merged.push((key, cluster)),
+        }
+    }
+    merged
+}
+
+/// Normals averaged over the neighbouring cubes of the same side.
+fn smoothed(clusters: &[(Key, Cluster)]) -> OrientedPoints {
+    let mut cubes: HashMap<Key, Vec<usize>> = HashMap::new();
+    for (index, (key, _)) in clusters.iter().enumerate() {
+        cubes.entry(*key).or_default().push(index);
+    }
+    let mut result = OrientedPoints::default();
+    for (key, cluster) in clusters {
+        let mut sum = Vector::zeros();
+        for offset in 0..27 {
+            let near = [key[0] + offset % 3 - 1, key[1] + offset / 3 % 3 - 1, key[2] + offset / 9 - 1];
+            for &other in cubes.get(&near).into_iter().flatten() {
+                let normal = clusters[other].1.normal;
+                if normal.dot(&cluster.normal) > 0.0 {
+                    sum += normal;
+                }
+            }
+        }
+        if let Some(normal) = sum.try_normalize(0.0) {
+            result.points.push(Point::from(cluster.position / cluster.area));
+            result.normals.push(normal);
+        }
+    }
+    result
+}
+
+/// Calls `add` with the centroids of equal parts of a triangle, none longer than `spacing`.
+fn sample([a, b, c]: &[Point; 3], spacing: f64, add: &mut impl FnMut(Vector, Vector, f64)) {
+    let (u, v) = (b - a, c - a);
+    let cross = u.cross(&v);
+    let double = cross.norm();
+    let Some(normal) = cross.try_normalize(0.0) else { return };
+    let longest = u.norm().max(v.norm()).max((c - b).norm());
+    let n = (longest / spacing).ceil().clamp(1.0, 1000.0);
+    let area = double / 2.0 / (n * n);
+    for i in 0..n as usize {
+        for j in 0..n as usize - i {
+            let at = |x: f64, y: f64| a.coords + u * ((i as f64 + x) / n) + v * ((j as f64 + y) / n);
+            add(at(1.0 / 3.0, 1.0 / 3.0), normal, area);
+            if i + j + 1 < n as usize {
+                add(at(2.0 / 3.0, 2.0 / 3.0), normal, area);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sheet(height: f64, up: bool) -> Mesh {
+        let points = [[0., 0.], [10., 0.], [10., 10.], [0., 10.]];
+        let points = points.map(|[x, y]| Point::new(x + 0.01, y + 0.01, height)).to_vec();
+        let triangles = if up { vec![[0, 1, 2], [0, 2, 3]] } else { vec![[0, 2, 1], [0, 3, 2]] };
+        Mesh { points, normals: vec![], triangles }
+    }
+
+    #[test]
+    fn one_point_a_cube_on_the_surface() {
+        let thinned = thin(&sheet(0.5, true), 1.0);
+        assert!((100..=121).contains(&thinned.points.len()), "{}", thinned.points.len());
+        assert!(thinned.points.iter().all(|p| (p.z - 0.5).abs() < 1e-9));
+        assert!(thinned.normals.iter().all(|n| (n - Vector::z()).norm() < 1e-9));
+    }
+
+    #[test]
+    fn two_sides_of_a_thin_part_stay_apart() {
+        let (mut both, under) = (sheet(0.6, true), sheet(0.4, false));
+        both.triangles.extend(under.triangles.iter().map(|t| t.map(|v| v + 4)));
+        both.points.extend(under.points);
+        let thinned = thin(&both, 1.0);
+        let ups = thinned.normals.iter().filter(|n| n.z > 0.99).count();
+        assert_eq!(2 * ups, thinned.points.len());
+        assert_eq!(thinned.normals.iter().filter(|n| n.z < -0.99).count(), ups);
+    }
+}

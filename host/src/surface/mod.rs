@@ -1,0 +1,16 @@
+//! Explicit surfaces: extracting them from signed distances, their connectivity, refining them.
+
+mod cases;
+mod components;
+mod marching_cubes;
+mod refine;
+mod signs;
+mod topology;
+
+pub use components::{components, keep_triangles, largest_component};
+pub use marching_cubes::{CLAMP, Volume, marching_cubes};
+pub use refine::subdivide;
+pub use topology::{Edge, Edges, boundary_edges, boundary_vertices, is_manifold, non_manifold_edges};
+
+#[cfg(test)]
+mod shapes;

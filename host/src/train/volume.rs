@@ -1,0 +1,74 @@
+//! Signed distance volumes of the training shapes on one grid.
+
+use super::distance::Surface;
+use crate::mesh::Point;
+
+/// A grid in space, millimetres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lattice {
+    /// Centre of voxel (0, 0, 0).
+    pub origin: Point,
+    /// Edge of a voxel.
+    pub spacing: f64,
+    /// Voxels along x, y, z.
+    pub sides: [usize; 3],
+}
+
+impl Lattice {
+    /// Voxels in all.
+    pub fn len(&self) -> usize {
+        self.sides.iter().product()
+    }
+
+    /// Whether there is no voxel.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Place of a voxel in an x-fastest array.
+    pub fn index(&self, [x, y, z]: [usize; 3]) -> usize {
+        (z * self.sides[1] + y) * self.sides[0] + x
+    }
+
+    /// Voxel at a place in an x-fastest array.
+    pub fn voxel(&self, index: usize) -> [usize; 3] {
+        let [width, height, _] = self.sides;
+        [index % width, index / width % height, index / width / height]
+    }
+
+    /// Centre of a voxel.
+    pub fn point(&self, voxel: [usize; 3]) -> Point {
+        self.origin + nalgebra::Vector3::from(voxel.map(|v| v as f64 * self.spacing))
+    }
+
+    /// Every `stride`-th voxel and one beyond: the lattice of nodes.
+    pub fn coarse(&self, stride: usize) -> Self {
+        let sides = self.sides.map(|side| side / stride + 1);
+        Self { origin: self.origin, spacing: self.spacing * stride as f64, sides }
+    }
+}
+
+/// Distances at a list of voxels.
+pub struct Volume {
+    /// Signed distances, millimetres.
+    pub distances: Vec<f32>,
+    /// Whether the closest point is on the mesh's border.
+    pub border: Vec<bool>,
+}
+
+/// Exact signed distances at `places` of the lattice (in ascending order, so that neighbours bound each other).
+pub fn sample(surface: &Surface, lattice: &Lattice, places: &[u32]) -> Volume {
+    let mut volume =
+        Volume { distances: Vec::with_capacity(places.len()), border: Vec::with_capacity(places.len()) };
+    let mut last: Option<(Point, f64)> = None;
+    for &place in places {
+        let p = lattice.point(lattice.voxel(place as usize));
+        let bound = last.map_or(f64::INFINITY, |(q, d)| (d.abs() + (p - q).norm()) * 1.000_001 + 1e-9);
+        let found = surface.distance(&p, bound).or_else(|| surface.distance(&p, f64::INFINITY));
+        let Some(found) = found else { continue };
+        volume.distances.push(found.value as f32);
+        volume.border.push(found.on_border);
+        last = Some((p, found.value));
+    }
+    volume
+}
