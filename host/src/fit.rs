@@ -54,6 +54,22 @@ struct Buffers<A: Arithmetic> {
     global: Vec<f64>,
 }
 
+/// Lends the local fit its part of the buffers, leaving the others free.
+macro_rules! workspace {
+    ($buffers:expr) => {
+        Workspace {
+            weights: &mut $buffers.weights,
+            previous: &mut $buffers.previous,
+            residuals: &mut $buffers.residuals,
+            gradient: &mut $buffers.gradient,
+            dense: &mut $buffers.dense,
+            reciprocals: &mut $buffers.reciprocals,
+            nodes: &mut $buffers.nodes,
+            cell: &mut $buffers.cell,
+        }
+    };
+}
+
 impl<A: Arithmetic> Buffers<A> {
     fn new(sizes: &Sizes) -> Self {
         Self {
@@ -96,30 +112,8 @@ pub fn fit<A: Arithmetic>(
     let (hull_voxels, hull_digest) = (hull.count, hull.digest());
     let global = GlobalFit::new(model, hull, None, &mut b.normal, &mut b.block, &mut b.global)?.run();
     let still = Schedule { stride: schedule.stride, momentum: 0, passes: &[] };
-    let workspace = Workspace {
-        weights: &mut b.weights,
-        previous: &mut b.previous,
-        residuals: &mut b.residuals,
-        gradient: &mut b.gradient,
-        dense: &mut b.dense,
-        reciprocals: &mut b.reciprocals,
-        nodes: &mut b.nodes,
-        cell: &mut b.cell,
-    };
-    let mut constant = LocalFit::<A>::new(model, hull, global, still, workspace)?;
-    let global_distances = distances(model, &mut constant);
-    drop(constant);
-    let workspace = Workspace {
-        weights: &mut b.weights,
-        previous: &mut b.previous,
-        residuals: &mut b.residuals,
-        gradient: &mut b.gradient,
-        dense: &mut b.dense,
-        reciprocals: &mut b.reciprocals,
-        nodes: &mut b.nodes,
-        cell: &mut b.cell,
-    };
-    let mut local = LocalFit::<A>::new(model, hull, global, schedule, workspace)?;
+    let global_distances = distances(model, &mut LocalFit::<A>::new(model, hull, global, still, workspace!(b))?);
+    let mut local = LocalFit::<A>::new(model, hull, global, schedule, workspace!(b))?;
     local.run();
     let local_distances = distances(model, &mut local);
     let quantised = |weight: &f64| Fixed::weight(*weight).to_le_bytes();

@@ -1,6 +1,6 @@
 //! Signed distance volumes of the training shapes on one grid.
 
-use super::distance::Surface;
+use super::distance::{Distance, Surface};
 use crate::mesh::Point;
 
 /// A grid in space, millimetres.
@@ -56,6 +56,15 @@ pub struct Volume {
     pub border: Vec<bool>,
 }
 
+/// The distance, measured to the tangent plane where the closest point is on the border: the surface goes on
+/// straight for a little beyond its rim instead of ending in a jump of the sign.
+fn extended(p: &Point, found: &Distance) -> f64 {
+    match found.normal.try_normalize(0.0) {
+        Some(normal) if found.on_border => (p - found.closest).dot(&normal),
+        _ => found.value,
+    }
+}
+
 /// Exact signed distances at `places` of the lattice (in ascending order, so that neighbours bound each other).
 pub fn sample(surface: &Surface, lattice: &Lattice, places: &[u32]) -> Volume {
     let mut volume =
@@ -66,7 +75,7 @@ pub fn sample(surface: &Surface, lattice: &Lattice, places: &[u32]) -> Volume {
         let bound = last.map_or(f64::INFINITY, |(q, d)| (d.abs() + (p - q).norm()) * 1.000_001 + 1e-9);
         let found = surface.distance(&p, bound).or_else(|| surface.distance(&p, f64::INFINITY));
         let Some(found) = found else { continue };
-        volume.distances.push(found.value as f32);
+        volume.distances.push(extended(&p, &found) as f32);
         volume.border.push(found.on_border);
         last = Some((p, found.value));
     }

@@ -1,0 +1,14 @@
+//! The host side of Lacuna: files, training, registration, completion, pictures.
+//!
+//! Data flows one way: scan → pose → hull → global fit → local fit → surface.
+
+pub mod bvh;
+pub mod fit;
+pub mod io;
+pub mod mesh;
+pub mod points;
+pub mod register;
+pub mod render;
+pub mod surface;
+pub mod synth;
+pub mod train;

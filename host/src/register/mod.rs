@@ -1,0 +1,218 @@
+//! Registration: where the scan lies in the model's frame, without a hint.
+//!
+//! Coarse search over point pairs, then every candidate is refined by the core's joint estimate of pose and
+//! shape, and the one that explains most of the scan wins.
+
+pub mod field;
+pub mod icp;
+pub mod pairs;
+pub mod search;
+
+use crate::mesh::{Mesh, Point, Vector};
+use crate::points::{OrientedPoints, thin};
+use field::Field;
+use lacuna::pose_fit::{Agreement, ROUNDS, Round, row_len, sums_len};
+use lacuna::{Model, Pose, PoseBuffers, PoseFit, sample};
+use rayon::prelude::*;
+use search::{Candidate, Search};
+
+/// A scan's place in the model: q = pose(p - centre), in voxels.
+#[derive(Clone, Copy, Debug)]
+pub struct Placed {
+    /// A point near the scan, subtracted first so that single precision suffices.
+    pub centre: Point,
+    /// From the centred scan to voxels.
+    pub pose: Pose,
+}
+
+/// The outcome of a registration.
+#[derive(Clone, Copy, Debug)]
+pub struct Registration {
+    /// Where the scan lies.
+    pub placed: Placed,
+    /// Share of the scan's points within three class millimetres of the fitted surface, facing its way.
+    pub inliers: f64,
+    /// The same for the best of the other candidates, 0 without any.
+    pub runner_up: f64,
+}
+
+/// Why a scan cannot be registered.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// Too little surface.
+    #[error("the scan has only {0} points after thinning, at least 60 are needed: is it a scan of this class, in its unit?")]
+    TooFewPoints(usize),
+    /// A size that does not fit.
+    #[error("the scan is {scan:.4} long and the model {model:.4}: they differ by more than a factor of {limit}. {hint}")]
+    Size {
+        /// Longest side of the scan.
+        scan: f64,
+        /// Longest side of the mean shape, in the model's unit.
+        model: f64,
+        /// Largest factor accepted.
+        limit: f64,
+        /// What may be the reason.
+        hint: String,
+    },
+    /// Nothing matched.
+    #[error("the scan does not match the model anywhere: is it of the same class?")]
+    NoMatch,
+    /// The core refused.
+    #[error("the pose could not be refined: {0:?}")]
+    Core(lacuna::Error),
+}
+
+impl From<lacuna::Error> for Error {
+    fn from(error: lacuna::Error) -> Self {
+        Self::Core(error)
+    }
+}
+
+impl Placed {
+    /// A scan point in voxels.
+    pub fn to_model(&self, p: &Point) -> Point {
+        let q = self.pose.apply((p - self.centre).map(|c| c as f32).into());
+        Point::from(Vector::from(q.map(f64::from)))
+    }
+
+    /// A voxel position in the scan's frame.
+    pub fn to_scan(&self, q: &Point) -> Point {
+        let pose = &self.pose;
+        let moved = (q.coords - Vector::from(pose.translation.map(f64::from))) / f64::from(pose.scale);
+        let rotation = nalgebra::Matrix3::from_row_slice(&pose.rotation.concat()).map(f64::from);
+        self.centre + rotation.transpose() * moved
+    }
+}
+
+/// Thinned and centred points of a scan.
+pub fn prepare(scan: &Mesh, cell: f64) -> (Point, OrientedPoints) {
+    let mut points = thin(scan, cell);
+    let sum = points.points.iter().fold(Vector::zeros(), |sum, p| sum + p.coords);
+    let centre = Point::from(sum / points.points.len().max(1) as f64);
+    for point in &mut points.points {
+        *point = Point::from(*point - centre);
+    }
+    (centre, points)
+}
+
+/// Candidates that are refined.
+const REFINED: usize = 12;
+/// Candidates that are refined with the shape.
+const JOINT: usize = 4;
+/// Points of the rigid and of the joint refinement.
+const POINTS: [usize; 2] = [400, 1600];
+
+/// Finds the pose of a scan.
+///
+/// # Errors
+/// A scan that is too small, of another size, or unlike the model.
+pub fn register(model: &Model<'_>, scan: &Mesh, seed: u64) -> Result<Registration, Error> {
+    let field = Field::of_model(model);
+    let spacing = f64::from(model.header().spacing);
+    check_size(scan, &field, model)?;
+    let (centre, points) = prepare(scan, spacing);
+    if points.points.len() < 60 {
+        return Err(Error::TooFewPoints(points.points.len()));
+    }
+    let settings = Search { seed, unit_scale: 1.0 / spacing, draws: 1500, candidates: REFINED };
+    let candidates = search::search(&field, &points, &settings);
+    let few = subsample(&points, POINTS[0]);
+    let mut rigid: Vec<Scored> = candidates
+        .par_iter()
+        .filter_map(|candidate| refine(model, &few, to_pose(candidate), &ROUNDS[..2]).ok())
+        .collect();
+    rigid.sort_by(|a, b| b.explained.total_cmp(&a.explained));
+    let many = subsample(&points, POINTS[1]);
+    let mut joint: Vec<Scored> = rigid
+        .par_iter()
+        .take(JOINT)
+        .filter_map(|scored| refine(model, &many, scored.pose, &ROUNDS[1..]).ok())
+        .collect();
+    joint.sort_by(|a, b| b.explained.total_cmp(&a.explained));
+    let best = joint.first().ok_or(Error::NoMatch)?;
+    let runner_up = joint.get(1).map_or(0.0, |other| other.inliers);
+    Ok(Registration { placed: Placed { centre, pose: best.pose }, inliers: best.inliers, runner_up })
+}
+
+/// Refines a pose that is known roughly.
+///
+/// # Errors
+/// Too little surface, or a pose that is none.
+pub fn refine_hint(model: &Model<'_>, scan: &Mesh, hint: &Placed) -> Result<Registration, Error> {
+    let (centre, points) = prepare(scan, f64::from(model.header().spacing));
+    let moved = hint.to_model(&centre);
+    let pose = Pose { translation: moved.coords.map(|c| c as f32).into(), ..hint.pose };
+    let scored = refine(model, &subsample(&points, POINTS[1]), pose, &ROUNDS)?;
+    Ok(Registration { placed: Placed { centre, pose: scored.pose }, inliers: scored.inliers, runner_up: 0.0 })
+}
+
+#[derive(Clone, Copy)]
+struct Scored {
+    pose: Pose,
+    /// Share of inliers times the squared scale: shrinking must not pay.
+    explained: f64,
+    inliers: f64,
+}
+
+fn refine(model: &Model<'_>, points: &OrientedPoints, pose: Pose, rounds: &[Round]) -> Result<Scored, lacuna::Error> {
+    let modes = model.modes();
+    let (mut normal, mut chunk) = (vec![0.0; sums_len(modes)], vec![0.0; sums_len(modes)]);
+    let (mut row, mut weights) = (vec![0.0; row_len(modes)], vec![0.0; modes]);
+    let positions: Vec<[f32; 3]> = points.points.iter().map(|p| p.coords.map(|c| c as f32).into()).collect();
+    let buffers =
+        PoseBuffers { normal: &mut normal, chunk: &mut chunk, row: &mut row, weights: &mut weights };
+    let (pose, _): (Pose, Agreement) = PoseFit::new(model, &positions, pose, rounds, buffers)?.run();
+    let inliers = inlier_share(model, points, &pose, &weights);
+    let factor = f64::from(pose.scale) * f64::from(model.header().spacing);
+    Ok(Scored { pose, explained: inliers * factor * factor, inliers })
+}
+
+/// Share of points within three class millimetres of the fitted surface that face its way.
+fn inlier_share(model: &Model<'_>, points: &OrientedPoints, pose: &Pose, weights: &[f32]) -> f64 {
+    let reach = 3.0 * model.header().scales.millimetre;
+    let near = |(point, normal): (&Point, &Vector)| {
+        let q = pose.apply(point.coords.map(|c| c as f32).into());
+        let Some((distance, gradient)) = sample::band(model, q, weights, None) else { return false };
+        let n = pose.rotate(normal.map(|c| c as f32).into());
+        let steepness = gradient.iter().map(|g| g * g).sum::<f32>().sqrt().max(0.3);
+        let along: f32 = gradient.iter().zip(n).map(|(g, n)| g * n).sum();
+        distance.abs() <= reach * steepness && along > 0.5 * steepness
+    };
+    let inliers = points.points.iter().zip(&points.normals).filter(|&pair| near(pair)).count();
+    inliers as f64 / points.points.len().max(1) as f64
+}
+
+fn to_pose(candidate: &Candidate) -> Pose {
+    let rotation = candidate.rotation.matrix().transpose().map(|c| c as f32);
+    Pose {
+        rotation: rotation.into(),
+        scale: candidate.scale as f32,
+        translation: candidate.translation.map(|c| c as f32).into(),
+    }
+}
+
+/// About `count` points, evenly over the list.
+fn subsample(points: &OrientedPoints, count: usize) -> OrientedPoints {
+    let n = points.points.len();
+    let chosen = |list: &[Point]| (0..count.min(n)).map(|i| list[i * n / count.min(n)]).collect();
+    let normals = (0..count.min(n)).map(|i| points.normals[i * n / count.min(n)]).collect();
+    OrientedPoints { points: chosen(&points.points), normals }
+}
+
+/// Refuses scans that cannot be of the model's size in the model's unit.
+fn check_size(scan: &Mesh, field: &Field, model: &Model<'_>) -> Result<(), Error> {
+    const LIMIT: f64 = 6.0;
+    let model_size = field.size * f64::from(model.header().spacing);
+    let Some((low, high)) = scan.bounds() else { return Err(Error::TooFewPoints(0)) };
+    let size = (high - low).max();
+    let ratio = size / model_size;
+    if ratio < LIMIT && ratio > 1.0 / LIMIT {
+        return Ok(());
+    }
+    let known = [("metres", 1e-3), ("inches", 1.0 / 25.4), ("micrometres", 1e3), ("centimetres", 0.1)];
+    let near = known.iter().find(|(_, factor)| (0.4..2.5).contains(&(ratio / factor)));
+    let hint = near.map_or("Is it a scan of this class?".into(), |(unit, _)| {
+        format!("Its size would fit if it were in {unit}: convert it, or give --unit")
+    });
+    Err(Error::Size { scan: size, model: model_size, limit: LIMIT, hint })
+}

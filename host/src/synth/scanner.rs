@@ -1,0 +1,176 @@
+//! A structured light scanner, simulated: camera, projector, drop-outs, noise, an unknown pose.
+//!
+//! A pixel is measured if camera and projector both see its point at less than 75 degrees, no
+//! highlight or dark patch swallows it and its depth does not jump. The measured depths are then
+//! moved by a random similarity: a scan knows nothing about the frame of the truth.
+
+mod camera;
+mod depth;
+mod noise;
+mod optics;
+mod sheet;
+#[cfg(test)]
+mod tests;
+
+use super::Random;
+use crate::bvh::Bvh;
+use crate::mesh::{Mesh, Point, Vector};
+use camera::Camera;
+use depth::Depths;
+use nalgebra::{Matrix4, Similarity3, Translation3};
+use optics::{Scene, Spots};
+use rayon::prelude::*;
+
+/// Grey levels of a depth image for one millimetre.
+pub const UNITS_PER_MM: f64 = 16.0;
+/// A vertex farther than this from the scan is missing.
+const MISSING_MM: f64 = 2.0;
+
+/// Where the scanner stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// One view from the front.
+    Front,
+    /// One view from about 60 degrees to one side.
+    Side,
+    /// Three views: front, left and right, as overlapping sheets.
+    Stitched,
+}
+
+/// Properties of the scanner.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Width and height of the depth image.
+    pub size: (u32, u32),
+    /// Deviation of the noise of each pixel.
+    pub noise_mm: f64,
+    /// Deviation of the smooth part of the noise.
+    pub smooth_noise_mm: f64,
+    /// Neighbouring depths that differ by more are dropped and not joined.
+    pub jump_mm: f64,
+}
+
+impl Default for Settings {
+    /// 640 x 480 pixels, 0.15 mm noise, 0.1 mm smooth noise, jumps of 9 mm.
+    fn default() -> Self {
+        Self { size: (640, 480), noise_mm: 0.15, smooth_noise_mm: 0.1, jump_mm: 9.0 }
+    }
+}
+
+impl Settings {
+    /// The same scanner with a quarter of the pixels.
+    pub fn small() -> Self {
+        Self { size: (320, 240), ..Self::default() }
+    }
+}
+
+/// A depth image with what is needed to place it. Pinhole: x right, y down, z forward,
+/// `X = (column - cx) / fx Z`, `Y = (row - cy) / fy Z`, pixel centres at integers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct View {
+    /// Depth Z in 1/16 mm, row by row; 0 where nothing was measured.
+    pub depth: Vec<u16>,
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Focal length in columns.
+    pub fx: f64,
+    /// Focal length in rows.
+    pub fy: f64,
+    /// Column of the principal point.
+    pub cx: f64,
+    /// Row of the principal point.
+    pub cy: f64,
+    /// From millimetres in the camera frame to the scan frame; a similarity, 4 by 4, column vectors.
+    pub camera_to_scan: Matrix4<f64>,
+}
+
+impl View {
+    /// The point of a pixel in the scan frame.
+    pub fn point(&self, column: u32, row: u32) -> Point {
+        let z = f64::from(self.depth[(row * self.width + column) as usize]) / UNITS_PER_MM;
+        let (x, y) = ((f64::from(column) - self.cx) / self.fx * z, (f64::from(row) - self.cy) / self.fy * z);
+        self.camera_to_scan.transform_point(&Point::new(x, y, z))
+    }
+}
+
+/// A scan and the truth about it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scan {
+    /// The depth images.
+    pub views: Vec<View>,
+    /// The views as triangulated sheets, scan frame; no triangle spans a jump.
+    pub mesh: Mesh,
+    /// All measured points with unit normals, scan frame.
+    pub points: Mesh,
+    /// The true pose: a similarity, `p_scan = M p_model`.
+    pub model_to_scan: Matrix4<f64>,
+    /// For each vertex of the truth: farther than 2 mm (of the model frame) from the mesh.
+    pub missing: Vec<bool>,
+}
+
+/// Scans `truth` (model frame, millimetres). The same seed gives the same scan, whatever the
+/// number of threads. A mesh without triangles gives an empty scan.
+pub fn scan(truth: &Mesh, kind: Kind, settings: &Settings, seed: u64) -> Scan {
+    let mut random = Random::new(seed, 0);
+    let pose = pose(&mut random);
+    let (bvh, normals, spots) = (Bvh::new(truth), truth.vertex_normals(), Spots::new(truth, &mut random));
+    let middle = truth.bounds().map_or_else(Point::origin, |(low, high)| nalgebra::center(&low, &high));
+    let mut view = |(yaw_deg, stream): (f64, u64)| {
+        let camera = Camera::looking(middle, yaw_deg, settings.size, &mut random);
+        let scene = Scene { mesh: truth, normals: &normals, bvh: &bvh, camera: &camera, spots: &spots };
+        let depths = Depths::measure(&scene, settings, seed, stream << 32);
+        view_of(&camera, &depths, &pose)
+    };
+    let views: Vec<View> = yaws(kind, seed).into_iter().zip(1..).map(&mut view).collect();
+    assemble(truth, views, &pose, settings.jump_mm)
+}
+
+/// Degrees to the subject's left.
+fn yaws(kind: Kind, seed: u64) -> Vec<f64> {
+    let side = if Random::new(seed, 1).unit() < 0.5 { -1.0 } else { 1.0 };
+    match kind {
+        Kind::Front => vec![0.0],
+        Kind::Side => vec![60.0 * side],
+        Kind::Stitched => vec![0.0, 60.0, -60.0],
+    }
+}
+
+/// Uniformly random rotation, a shift of some decimetres, scale 0.9 to 1.1.
+fn pose(random: &mut Random) -> Similarity3<f64> {
+    let rotation = random.rotation();
+    let shift = Vector::from_fn(|_, _| 120.0 * random.normal());
+    Similarity3::from_parts(Translation3::from(shift), rotation, random.range(0.9, 1.1))
+}
+
+fn view_of(camera: &Camera, depths: &Depths, pose: &Similarity3<f64>) -> View {
+    let (cx, cy) = camera.centre();
+    View {
+        depth: depths.quantised(),
+        width: camera.width,
+        height: camera.height,
+        fx: camera.f,
+        fy: camera.f,
+        cx,
+        cy,
+        camera_to_scan: (pose * camera.to_model).to_homogeneous(),
+    }
+}
+
+fn assemble(truth: &Mesh, views: Vec<View>, pose: &Similarity3<f64>, jump_mm: f64) -> Scan {
+    let (mut mesh, mut points) = (Mesh::default(), Mesh::default());
+    for view in &views {
+        let sheet = sheet::sheet(view, jump_mm);
+        sheet::append(&mut points, sheet::cloud(&sheet));
+        sheet::append(&mut mesh, sheet::compacted(sheet));
+    }
+    let missing = missing(truth, &mesh, pose);
+    Scan { views, mesh, points, model_to_scan: pose.to_homogeneous(), missing }
+}
+
+fn missing(truth: &Mesh, mesh: &Mesh, pose: &Similarity3<f64>) -> Vec<bool> {
+    let bvh = Bvh::new(mesh);
+    let reach = MISSING_MM * pose.scaling();
+    truth.points.par_iter().map(|p| bvh.closest(&(pose * p), reach).is_none()).collect()
+}

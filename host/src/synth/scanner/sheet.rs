@@ -1,0 +1,67 @@
+//! A depth image as a triangulated sheet.
+
+use super::View;
+use crate::mesh::{Mesh, Point, Vector};
+
+/// The measured pixels of a view and the triangles between neighbours, in the scan frame. No edge
+/// spans a jump of more than `jump_mm` in depth; pixels without any triangle stay, without a normal.
+pub(super) fn sheet(view: &View, jump_mm: f64) -> Mesh {
+    let mut vertex = vec![u32::MAX; view.depth.len()];
+    let mut mesh = Mesh::default();
+    for (i, &units) in view.depth.iter().enumerate() {
+        if units != 0 {
+            vertex[i] = mesh.points.len() as u32;
+            mesh.points.push(view.point(i as u32 % view.width, i as u32 / view.width));
+        }
+    }
+    for row in 1..view.height as usize {
+        for column in 1..view.width as usize {
+            let corner = |back: usize, up: usize| (row - up) * view.width as usize + column - back;
+            let quad = [corner(1, 1), corner(1, 0), corner(0, 0), corner(0, 1)];
+            let whole = halves(quad).into_iter().filter(|half| joined(view, half, jump_mm));
+            mesh.triangles.extend(whole.map(|half| half.map(|i| vertex[i])));
+        }
+    }
+    mesh
+}
+
+/// The triangles of a quad, seen from the camera counter-clockwise.
+fn halves([a, b, c, d]: [usize; 4]) -> [[usize; 3]; 2] {
+    [[a, b, c], [a, c, d]]
+}
+
+fn joined(view: &View, corners: &[usize; 3], jump_mm: f64) -> bool {
+    let depths = corners.map(|i| view.depth[i]);
+    let (low, high) = (depths.iter().min(), depths.iter().max());
+    low > Some(&0) && high.zip(low).is_some_and(|(h, l)| f64::from(h - l) / super::UNITS_PER_MM <= jump_mm)
+}
+
+/// Appends `other`; normals must be there in both or in neither.
+pub(super) fn append(mesh: &mut Mesh, other: Mesh) {
+    let offset = mesh.points.len() as u32;
+    mesh.points.extend(other.points);
+    mesh.normals.extend(other.normals);
+    mesh.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + offset)));
+}
+
+/// Vertices that have a normal, as a point cloud.
+pub(super) fn cloud(sheet: &Mesh) -> Mesh {
+    let normals = sheet.vertex_normals();
+    let known: Vec<(Point, Vector)> =
+        sheet.points.iter().copied().zip(normals).filter(|(_, n)| *n != Vector::zeros()).collect();
+    let (points, normals) = known.into_iter().unzip();
+    Mesh { points, normals, triangles: vec![] }
+}
+
+/// Drops vertices without a triangle.
+pub(super) fn compacted(mesh: Mesh) -> Mesh {
+    let mut renamed = vec![u32::MAX; mesh.points.len()];
+    mesh.triangles.iter().flatten().for_each(|&v| renamed[v as usize] = 0);
+    let mut points = vec![];
+    for (v, point) in mesh.points.iter().enumerate().filter(|(v, _)| renamed[*v] == 0).collect::<Vec<_>>() {
+        renamed[v] = points.len() as u32;
+        points.push(*point);
+    }
+    let triangles = mesh.triangles.iter().map(|t| t.map(|v| renamed[v as usize])).collect();
+    Mesh { points, normals: vec![], triangles }
+}

@@ -1,0 +1,327 @@
+//! Training: meshes of one shape class become a model file.
+
+pub mod distance;
+pub mod model_file;
+pub mod pca;
+pub mod propagate;
+pub mod volume;
+
+use crate::mesh::{Mesh, Point, Vector};
+use distance::Surface;
+use lacuna::format::{Header, Scales, Unit};
+use model_file::Draft;
+use rayon::prelude::*;
+use volume::{Lattice, Volume};
+
+/// Far field samples per brick edge are two: a brick of six voxels has one every three.
+const FAR_PER_BRICK: usize = 2;
+
+/// What a model maker can choose.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Name of the shape class.
+    pub class: String,
+    /// Voxel edge in the unit of the meshes; from the class's size if not given.
+    pub spacing: Option<f64>,
+    /// Most modes to keep.
+    pub modes: usize,
+    /// Stride of the weight grid, voxels; from the spacing if not given.
+    pub stride: Option<u8>,
+    /// Unit of the meshes.
+    pub unit: Unit,
+    /// Band behind and in front of the mean surface where shapes do not vary, class millimetres.
+    pub band: [f64; 2],
+    /// Standard deviations of the shapes' distances by which the band is wider at each voxel.
+    pub spread: f64,
+    /// Largest share of training shapes that may see a voxel across their border.
+    pub border_share: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            class: "shape".into(),
+            spacing: None,
+            modes: 127,
+            stride: None,
+            unit: Unit::Millimetre,
+            band: [3.5, 7.0],
+            spread: 2.5,
+            border_share: 0.75,
+        }
+    }
+}
+
+/// Why training is refused.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// Fewer than two shapes.
+    #[error("a model needs at least 2 training shapes, {0} given: add meshes")]
+    TooFew(usize),
+    /// A mesh without triangles.
+    #[error("training shape {0} has no triangles with an area: a model is trained on meshes, not on points")]
+    NoSurface(usize),
+    /// All shapes are equal.
+    #[error("the training shapes do not differ: a model needs shapes that vary")]
+    NoVariation,
+    /// A grid that is too large.
+    #[error("a voxel of {spacing} makes a grid of {sides:?} voxels, over 1024 a side: choose a larger --spacing")]
+    TooFine {
+        /// The voxel edge asked for.
+        spacing: f64,
+        /// The grid it makes.
+        sides: [usize; 3],
+    },
+    /// Nothing common to the shapes.
+    #[error("the training shapes have no surface in common: are they of one class, and in one pose (--align)?")]
+    NoBand,
+    /// Too many bricks or bytes.
+    #[error("the model would have {0} bricks, at most 65534 can be stored: choose a larger --spacing")]
+    TooLarge(usize),
+}
+
+/// One "class millimetre": all lengths of the method are stated for faces, whose surface is about
+/// 280 mm × 280 mm; other classes scale them with the root of their surface area.
+pub fn class_millimetre(shapes: &[Mesh]) -> f64 {
+    let mean = shapes.iter().map(area).sum::<f64>() / shapes.len().max(1) as f64;
+    mean.sqrt() / 280.0
+}
+
+fn area(mesh: &Mesh) -> f64 {
+    let double = |t: usize| {
+        let [a, b, c] = mesh.corners(t);
+        (b - a).cross(&(c - a)).norm()
+    };
+    (0..mesh.triangles.len()).map(double).sum::<f64>() / 2.0
+}
+
+/// Trains a model on aligned shapes: the model file.
+///
+/// # Errors
+/// Shapes that cannot make a model; see [`Error`].
+pub fn train(shapes: &[Mesh], settings: &Settings, progress: &(dyn Fn(u64, u64) + Sync)) -> Result<Vec<u8>, Error> {
+    if shapes.len() < 2 {
+        return Err(Error::TooFew(shapes.len()));
+    }
+    let plan = Plan::new(shapes, settings)?;
+    let places = plan.candidates();
+    let total = shapes.len() as u64;
+    let done = std::sync::atomic::AtomicU64::new(0);
+    let volumes: Vec<Volume> = plan
+        .surfaces
+        .par_iter()
+        .map(|surface| {
+            let volume = volume::sample(surface, &plan.lattice, &places);
+            progress(done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1, total);
+            volume
+        })
+        .collect();
+    let band = plan.band(&places, &volumes, settings);
+    if band.is_empty() {
+        return Err(Error::NoBand);
+    }
+    let columns: Vec<Vec<f32>> = volumes
+        .iter()
+        .map(|v| band.iter().map(|&i| v.distances[i] / plan.lattice.spacing as f32).collect())
+        .collect();
+    let pca = pca::pca(&columns, settings.modes.min(127));
+    if pca.modes.is_empty() {
+        return Err(Error::NoVariation);
+    }
+    let voxels: Vec<u32> = band.iter().map(|&i| places[i]).collect();
+    plan.encode(settings, &voxels, pca, shapes.len())
+}
+
+/// The grid and what is known of the shapes on it coarsely.
+struct Plan {
+    surfaces: Vec<Surface>,
+    lattice: Lattice,
+    millimetre: f64,
+    brick: usize,
+    stride: u8,
+    /// Distances at the far nodes.
+    coarse: Vec<Moments>,
+    /// Band behind and in front, and how it widens.
+    band: Band,
+    border_share: f64,
+}
+
+impl Plan {
+    fn new(shapes: &[Mesh], settings: &Settings) -> Result<Self, Error> {
+        let mut surfaces = Vec::with_capacity(shapes.len());
+        for (number, shape) in shapes.iter().enumerate() {
+            surfaces.push(Surface::new(shape).ok_or(Error::NoSurface(number))?);
+        }
+        let millimetre = class_millimetre(shapes);
+        let (low, high) = bounds(shapes);
+        let size = (high - low).max();
+        let spacing = settings.spacing.unwrap_or(size / 75.0);
+        let stride = settings.stride.unwrap_or(((10.0 * millimetre / spacing).round() as u8).clamp(1, 4));
+        let brick = if stride == 3 { 6 } else { 8 };
+        let [behind, front] = settings.band.map(|b| b * millimetre);
+        let band = Band { behind, front, spread: settings.spread };
+        let margin = behind.max(front) + 12.0 * millimetre + spacing;
+        let sides: [usize; 3] = std::array::from_fn(|axis| {
+            let voxels = ((high[axis] - low[axis] + 2.0 * margin) / spacing).ceil() as usize + 1;
+            voxels.div_ceil(brick) * brick
+        });
+        if sides.iter().any(|&side| side > usize::from(lacuna::grid::MAX_SIDE)) {
+            return Err(Error::TooFine { spacing, sides });
+        }
+        let lattice = Lattice { origin: low - Vector::repeat(margin), spacing, sides };
+        let coarse = coarse(&surfaces, &lattice.coarse(brick / FAR_PER_BRICK));
+        let border_share = settings.border_share;
+        Ok(Self { surfaces, lattice, millimetre, brick, stride, coarse, band, border_share })
+    }
+
+    /// Voxels that may lie in the band, judged by the mean distance at the nodes around them.
+    fn candidates(&self) -> Vec<u32> {
+        let far = self.brick / FAR_PER_BRICK;
+        let nodes = self.lattice.coarse(far);
+        let slack = nodes.spacing * 3f64.sqrt();
+        let near = |voxel: [usize; 3]| {
+            self.band.holds(&self.coarse[nodes.index(voxel.map(|v| (v + far / 2) / far))], slack)
+        };
+        (0..self.lattice.len()).filter(|&i| near(self.lattice.voxel(i))).map(|i| i as u32).collect()
+    }
+
+    /// Candidates (by number) inside the band and on the support.
+    fn band(&self, places: &[u32], volumes: &[Volume], settings: &Settings) -> Vec<usize> {
+        let stored = |&i: &usize| {
+            let moments = Moments::of(volumes, i);
+            self.band.holds(&moments, 0.0) && moments.border <= settings.border_share
+        };
+        (0..places.len()).into_par_iter().filter(stored).collect()
+    }
+
+    fn encode(&self, settings: &Settings, voxels: &[u32], pca: pca::Pca, shapes: usize) -> Result<Vec<u8>, Error> {
+        let crop = self.crop(voxels);
+        let h = self.lattice.spacing;
+        let moved: Vec<u32> = voxels.iter().map(|&place| crop.moved(&self.lattice, place)).collect();
+        let far = self.brick / FAR_PER_BRICK;
+        let nodes = crop.lattice.coarse(far);
+        // The crop is not a multiple of the far stride away: sample the far field on its own nodes.
+        let far_values = coarse(&self.surfaces, &nodes)
+            .into_iter()
+            .map(|at| (at.border <= self.border_share).then_some((at.mean / h) as f32))
+            .collect();
+        let u = (self.millimetre / h) as f32;
+        let made = format!(
+            "lacuna {}; spacing {h}; band -{:.3} to {:.3} and {} deviations; exact distances",
+            env!("CARGO_PKG_VERSION"),
+            self.band.behind,
+            self.band.front,
+            self.band.spread
+        );
+        let header = Header {
+            class: &settings.class,
+            made: &made,
+            shapes: shapes as u32,
+            unit: settings.unit,
+            spacing: h as f32,
+            origin: crop.lattice.origin.coords.map(|c| c as f32).into(),
+            sides: crop.lattice.sides.map(|side| side as u16),
+            brick: self.brick as u8,
+            far_stride: far as u8,
+            stride: self.stride,
+            modes: pca.modes.len() as u8,
+            bricks: 0,
+            voxels: 0,
+            explained: pca.explained as f32,
+            scales: Scales {
+                millimetre: u,
+                front: (10.0 * u).clamp(0.5, 7.5),
+                behind: 1.0,
+                global_ridge: 0.01 * u * u,
+                local_ridge: 10.0 * u * u,
+                voxel_ridge: 0.02 * u * u,
+            },
+        };
+        let cells: usize = crop.lattice.sides.iter().map(|side| side / self.brick).product();
+        if cells >= usize::from(lacuna::format::ABSENT) {
+            return Err(Error::TooLarge(cells));
+        }
+        let mut order: Vec<usize> = (0..moved.len()).collect();
+        order.sort_by_key(|&i| moved[i]);
+        Ok(model_file::encode(&Draft {
+            header,
+            lattice: crop.lattice,
+            voxels: order.iter().map(|&i| moved[i]).collect(),
+            mean: order.iter().map(|&i| pca.mean[i]).collect(),
+            modes: pca.modes.iter().map(|mode| order.iter().map(|&i| mode[i]).collect()).collect(),
+            far: far_values,
+        }))
+    }
+
+    /// The smallest grid of whole bricks around the stored voxels.
+    fn crop(&self, voxels: &[u32]) -> Crop {
+        let (mut low, mut high) = ([usize::MAX; 3], [0; 3]);
+        for &place in voxels {
+            for (axis, v) in self.lattice.voxel(place as usize).into_iter().enumerate() {
+                low[axis] = low[axis].min(v);
+                high[axis] = high[axis].max(v);
+            }
+        }
+        let sides = std::array::from_fn(|axis| (high[axis] + 1 - low[axis]).div_ceil(self.brick) * self.brick);
+        Crop { low, lattice: Lattice { origin: self.lattice.point(low), spacing: self.lattice.spacing, sides } }
+    }
+}
+
+struct Crop {
+    low: [usize; 3],
+    lattice: Lattice,
+}
+
+impl Crop {
+    fn moved(&self, from: &Lattice, place: u32) -> u32 {
+        let voxel = from.voxel(place as usize);
+        self.lattice.index(std::array::from_fn(|axis| voxel[axis] - self.low[axis])) as u32
+    }
+}
+
+/// Which voxels are stored: those where the surface of a plausible shape, or the hull around it, may be.
+#[derive(Clone, Copy)]
+struct Band {
+    behind: f64,
+    front: f64,
+    spread: f64,
+}
+
+impl Band {
+    fn holds(&self, at: &Moments, slack: f64) -> bool {
+        let wider = self.spread * at.deviation + slack;
+        at.mean >= -self.behind - wider && at.mean <= self.front + wider
+    }
+}
+
+/// The shapes' distances at one place.
+struct Moments {
+    mean: f64,
+    deviation: f64,
+    /// Share of the shapes seen across their border.
+    border: f64,
+}
+
+impl Moments {
+    fn of(volumes: &[Volume], i: usize) -> Self {
+        let m = volumes.len() as f64;
+        let values = || volumes.iter().map(|v| f64::from(v.distances[i]));
+        let mean = values().sum::<f64>() / m;
+        let squares = values().map(|d| (d - mean) * (d - mean)).sum::<f64>();
+        let border = volumes.iter().filter(|v| v.border[i]).count() as f64 / m;
+        Self { mean, deviation: (squares / (m - 1.0).max(1.0)).sqrt(), border }
+    }
+}
+
+/// The shapes' distances at every point of a lattice.
+fn coarse(surfaces: &[Surface], nodes: &Lattice) -> Vec<Moments> {
+    let places: Vec<u32> = (0..nodes.len() as u32).collect();
+    let volumes: Vec<Volume> = surfaces.par_iter().map(|s| volume::sample(s, nodes, &places)).collect();
+    (0..nodes.len()).map(|i| Moments::of(&volumes, i)).collect()
+}
+
+/// Bounds of all shapes.
+fn bounds(shapes: &[Mesh]) -> (Point, Point) {
+    let start = (Point::from(Vector::repeat(f64::MAX)), Point::from(Vector::repeat(f64::MIN)));
+    shapes.iter().filter_map(Mesh::bounds).fold(start, |(l, h), (low, high)| (l.inf(&low), h.sup(&high)))
+}
