@@ -59,7 +59,7 @@ impl DepthFrame<'_> {
         let difference = |a: [f32; 3], b: [f32; 3]| zip(a, b, |p, q| p - q);
         let normal = cross(difference(below, above), difference(right, left));
         let length = libm::sqrtf(dot(normal, normal));
-        if !(length > 0.0) {
+        if length <= 0.0 || length.is_nan() {
             return None;
         }
         let normal = normal.map(|c| c / length);

@@ -94,8 +94,8 @@ pub struct PoseFit<'a, 'b> {
     round: usize,
     iteration: u16,
     next: usize,
+    running: Agreement,
     agreement: Agreement,
-    last: Agreement,
     done: u32,
 }
 
@@ -130,7 +130,6 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         let sum = points.iter().fold([0.0; 3], |sum, &p| zip(sum, p, |a, b| a + b));
         let mean = sum.map(|s| s / count);
         let agreement = Agreement::default();
-        let last = agreement;
         Ok(Self {
             model,
             points,
@@ -141,8 +140,8 @@ impl<'a, 'b> PoseFit<'a, 'b> {
             round: 0,
             iteration: 0,
             next: 0,
+            running: agreement,
             agreement,
-            last,
             done: 0,
         })
     }
@@ -161,7 +160,7 @@ impl<'a, 'b> PoseFit<'a, 'b> {
             None => {
                 self.solve(&round);
                 (self.next, self.iteration) = (0, self.iteration + 1);
-                self.last = core::mem::take(&mut self.agreement);
+                self.agreement = core::mem::take(&mut self.running);
                 self.buffers.normal.fill(0.0);
             }
         }
@@ -174,7 +173,7 @@ impl<'a, 'b> PoseFit<'a, 'b> {
     /// Runs to the end: the pose and the agreement in the last iteration.
     pub fn run(mut self) -> (Pose, Agreement) {
         while self.step().is_some() {}
-        (self.pose, self.last)
+        (self.pose, self.agreement)
     }
 
     /// The pose so far.
@@ -184,7 +183,7 @@ impl<'a, 'b> PoseFit<'a, 'b> {
 
     /// How well the points lay on the model in the last complete iteration.
     pub const fn agreement(&self) -> Agreement {
-        self.last
+        self.agreement
     }
 
     fn add_chunk(&mut self, points: &[[f32; 3]], round: &Round) {
@@ -198,9 +197,9 @@ impl<'a, 'b> PoseFit<'a, 'b> {
             let Some((residual, weight)) = fill_row(self.model, q, centre, round, self.buffers.weights, row) else {
                 continue;
             };
-            self.agreement.weight += weight;
-            self.agreement.squared += weight * residual * residual;
-            self.agreement.on_support += 1;
+            self.running.weight += weight;
+            self.running.squared += weight * residual * residual;
+            self.running.on_support += 1;
             add_row(self.buffers.chunk, row, residual, weight);
         }
         for (sum, &part) in self.buffers.normal.iter_mut().zip(self.buffers.chunk.iter()) {
@@ -211,8 +210,8 @@ impl<'a, 'b> PoseFit<'a, 'b> {
     fn solve(&mut self, round: &Round) {
         let modes = if round.shape { self.model.modes() } else { 0 };
         let unknowns = modes + POSE;
-        let total = f64::from(self.agreement.weight);
-        if self.agreement.on_support < FEWEST as u32 || total <= 0.0 {
+        let total = f64::from(self.running.weight);
+        if self.running.on_support < FEWEST as u32 || total <= 0.0 {
             return;
         }
         let Some((matrix, rest)) = self.buffers.normal.split_at_mut_checked(packed(unknowns)) else { return };
@@ -260,7 +259,7 @@ fn fill_row(
     };
     let steepness = libm::sqrtf(dot(gradient, gradient)).max(0.3);
     let residual = distance / steepness;
-    if !(residual.abs() < (15.0 * millimetre).max(2.0 * misfit)) {
+    if residual.is_nan() || residual.abs() >= (15.0 * millimetre).max(2.0 * misfit) {
         return None;
     }
     for value in shape {

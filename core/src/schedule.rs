@@ -32,6 +32,25 @@ pub const MOMENTUM: [Pass<'static>; 3] = [
     Pass { radius: 0, steps: &[3.0; 16] },
 ];
 
+/// Varying steps without momentum, 24 iterations: what ships.
+///
+/// The eigenvalues of B D⁻¹ B lie within 0..1.15. Steps 1/λ at the Chebyshev nodes of 0.02..1.15 (wide
+/// kernels) and 0.009..1.15 (none), in Leja order so that rounding is not amplified on the way, damp all
+/// of them as well as momentum does, without its second copy of the weights (measured on complete faces:
+/// 0.13 mm either way, 562 instead of 796 KiB).
+pub const DEFAULT: [Pass<'static>; 3] = [
+    Pass { radius: 3, steps: &SHORT },
+    Pass { radius: 1, steps: &SHORT },
+    Pass { radius: 0, steps: &LONG },
+];
+
+/// Chebyshev steps for 4 iterations, eigenvalues within 0.02..1.15.
+const SHORT: [f32; 4] = [0.9033, 15.8710, 1.2481, 2.7116];
+/// Chebyshev steps for 16 iterations, eigenvalues within 0.009..1.15.
+const LONG: [f32; 16] = [
+    0.8716, 85.1273, 1.5738, 3.2199, 1.0622, 7.2203, 0.9237, 1.9099, 13.0952, 1.1786, 0.8885, 4.5960, 1.3421, 29.7925, 0.9799, 2.4161,
+];
+
 impl<'a> Schedule<'a> {
     /// Iterations in all passes.
     pub fn iterations(&self) -> usize {
@@ -56,5 +75,29 @@ impl<'a> Schedule<'a> {
             }
         }
         Ok(stride)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Largest |Π (1 - λ μ)| over the eigenvalues.
+    fn worst(steps: &[f32], low: f64, high: f64) -> f64 {
+        let left = |l: f64| steps.iter().fold(1.0, |p: f64, &mu| p * (1.0 - l * f64::from(mu)));
+        (0..=1000).map(|i| low + (high - low) * f64::from(i) / 1000.0).map(|l| left(l).abs()).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn the_steps_damp_what_they_are_made_for() {
+        assert!(worst(&SHORT, 0.02, 1.15) < 0.7);
+        assert!(worst(&LONG, 0.009, 1.15) < 0.12);
+    }
+
+    #[test]
+    fn no_beginning_of_the_steps_amplifies_much() {
+        for n in 1..=16 {
+            assert!(worst(&LONG[..n], 0.0, 1.15) < 40.0, "{n}: {}", worst(&LONG[..n], 0.0, 1.15));
+        }
     }
 }

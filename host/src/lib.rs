@@ -3,12 +3,17 @@
 //! Data flows one way: scan → pose → hull → global fit → local fit → surface.
 
 pub mod bvh;
+pub mod cli;
+pub mod complete;
 pub mod fit;
 pub mod io;
 pub mod mesh;
+pub mod normals;
 pub mod points;
 pub mod register;
+pub mod reference;
 pub mod render;
 pub mod surface;
 pub mod synth;
 pub mod train;
+pub mod verify;

@@ -1,1 +1,5 @@
-fn main() {}
+//! The `lacuna` program.
+
+fn main() -> std::process::ExitCode {
+    lacuna_host::cli::run()
+}

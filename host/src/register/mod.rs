@@ -26,7 +26,7 @@ pub struct Placed {
 }
 
 /// The outcome of a registration.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Registration {
     /// Where the scan lies.
     pub placed: Placed,
@@ -34,6 +34,8 @@ pub struct Registration {
     pub inliers: f64,
     /// The same for the best of the other candidates, 0 without any.
     pub runner_up: f64,
+    /// Weights of the jointly estimated shape, standard deviations.
+    pub weights: Vec<f32>,
 }
 
 /// Why a scan cannot be registered.
@@ -129,9 +131,13 @@ pub fn register(model: &Model<'_>, scan: &Mesh, seed: u64) -> Result<Registratio
         .filter_map(|scored| refine(model, &many, scored.pose, &ROUNDS[1..]).ok())
         .collect();
     joint.sort_by(|a, b| b.explained.total_cmp(&a.explained));
-    let best = joint.first().ok_or(Error::NoMatch)?;
-    let runner_up = joint.get(1).map_or(0.0, |other| other.inliers);
-    Ok(Registration { placed: Placed { centre, pose: best.pose }, inliers: best.inliers, runner_up })
+    if joint.is_empty() {
+        return Err(Error::NoMatch);
+    }
+    let best = joint.remove(0);
+    let runner_up = joint.iter().find(|other| apart(&best.pose, &other.pose)).map_or(0.0, |other| other.inliers);
+    let placed = Placed { centre, pose: best.pose };
+    Ok(Registration { placed, inliers: best.inliers, runner_up, weights: best.weights })
 }
 
 /// Refines a pose that is known roughly.
@@ -143,15 +149,31 @@ pub fn refine_hint(model: &Model<'_>, scan: &Mesh, hint: &Placed) -> Result<Regi
     let moved = hint.to_model(&centre);
     let pose = Pose { translation: moved.coords.map(|c| c as f32).into(), ..hint.pose };
     let scored = refine(model, &subsample(&points, POINTS[1]), pose, &ROUNDS)?;
-    Ok(Registration { placed: Placed { centre, pose: scored.pose }, inliers: scored.inliers, runner_up: 0.0 })
+    let placed = Placed { centre, pose: scored.pose };
+    Ok(Registration { placed, inliers: scored.inliers, runner_up: 0.0, weights: scored.weights })
 }
 
-#[derive(Clone, Copy)]
+/// Takes a pose as it is and tells how well it fits the mean shape.
+pub fn assess(model: &Model<'_>, scan: &Mesh, placed: &Placed) -> Registration {
+    let (centre, mut points) = prepare(scan, f64::from(model.header().spacing));
+    points.points.iter_mut().for_each(|p| *p += centre - placed.centre);
+    let weights = vec![0.0; model.modes()];
+    let inliers = inlier_share(model, &points, &placed.pose, &weights);
+    Registration { placed: *placed, inliers, runner_up: 0.0, weights }
+}
+
+/// Whether two poses differ by more than ten degrees.
+fn apart(a: &Pose, b: &Pose) -> bool {
+    let trace: f32 = a.rotation.as_flattened().iter().zip(b.rotation.as_flattened()).map(|(x, y)| x * y).sum();
+    (trace - 1.0) / 2.0 < 10f32.to_radians().cos()
+}
+
 struct Scored {
     pose: Pose,
     /// Share of inliers times the squared scale: shrinking must not pay.
     explained: f64,
     inliers: f64,
+    weights: Vec<f32>,
 }
 
 fn refine(model: &Model<'_>, points: &OrientedPoints, pose: Pose, rounds: &[Round]) -> Result<Scored, lacuna::Error> {
@@ -164,7 +186,7 @@ fn refine(model: &Model<'_>, points: &OrientedPoints, pose: Pose, rounds: &[Roun
     let (pose, _): (Pose, Agreement) = PoseFit::new(model, &positions, pose, rounds, buffers)?.run();
     let inliers = inlier_share(model, points, &pose, &weights);
     let factor = f64::from(pose.scale) * f64::from(model.header().spacing);
-    Ok(Scored { pose, explained: inliers * factor * factor, inliers })
+    Ok(Scored { pose, explained: inliers * factor * factor, inliers, weights })
 }
 
 /// Share of points within three class millimetres of the fitted surface that face its way.

@@ -4,12 +4,14 @@ mod cases;
 mod components;
 mod marching_cubes;
 mod refine;
+mod rim;
 mod signs;
 mod topology;
 
 pub use components::{components, keep_triangles, largest_component};
 pub use marching_cubes::{CLAMP, Volume, marching_cubes};
 pub use refine::subdivide;
+pub use rim::trim_rim;
 pub use topology::{Edge, Edges, boundary_edges, boundary_vertices, is_manifold, non_manifold_edges};
 
 #[cfg(test)]

@@ -12,4 +12,4 @@ mod tessellate;
 
 pub use head::Head;
 pub use random::Random;
-pub use scanner::{Kind, Scan, Settings, View, scan};
+pub use scanner::{Kind, Scan, Settings as ScannerSettings, UNITS_PER_MM, View, scan};

@@ -1,6 +1,8 @@
 //! Training: meshes of one shape class become a model file.
 
+pub mod align;
 pub mod distance;
+pub mod line_of_sight;
 pub mod model_file;
 pub mod pca;
 pub mod propagate;
@@ -15,6 +17,15 @@ use volume::{Lattice, Volume};
 
 /// Far field samples per brick edge are two: a brick of six voxels has one every three.
 const FAR_PER_BRICK: usize = 2;
+
+/// How the training shapes' distances are measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Distances {
+    /// Exactly, to the closest triangle: for clean meshes.
+    Exact,
+    /// Along lines of sight, then propagated: for scans, and for meshes that fold or cut themselves.
+    Sight,
+}
 
 /// What a model maker can choose.
 #[derive(Clone, Debug)]
@@ -33,6 +44,8 @@ pub struct Settings {
     pub band: [f64; 2],
     /// Standard deviations of the shapes' distances by which the band is wider at each voxel.
     pub spread: f64,
+    /// How distances are measured.
+    pub distances: Distances,
     /// Largest share of training shapes that may see a voxel across their border.
     pub border_share: f64,
 }
@@ -45,8 +58,9 @@ impl Default for Settings {
             modes: 127,
             stride: None,
             unit: Unit::Millimetre,
-            band: [3.5, 7.0],
-            spread: 2.5,
+            band: [3.4, 3.6],
+            spread: 1.65,
+            distances: Distances::Exact,
             border_share: 0.75,
         }
     }
@@ -110,13 +124,14 @@ pub fn train(shapes: &[Mesh], settings: &Settings, progress: &(dyn Fn(u64, u64) 
     let volumes: Vec<Volume> = plan
         .surfaces
         .par_iter()
-        .map(|surface| {
-            let volume = volume::sample(surface, &plan.lattice, &places);
+        .zip(shapes)
+        .map(|(surface, shape)| {
+            let volume = plan.measure(surface, shape, &plan.lattice, &places);
             progress(done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1, total);
             volume
         })
         .collect();
-    let band = plan.band(&places, &volumes, settings);
+    let band = plan.band(&volumes, settings);
     if band.is_empty() {
         return Err(Error::NoBand);
     }
@@ -144,9 +159,18 @@ struct Plan {
     /// Band behind and in front, and how it widens.
     band: Band,
     border_share: f64,
+    distances: Distances,
 }
 
 impl Plan {
+    /// Distances of one shape at some places of a lattice.
+    fn measure(&self, surface: &Surface, shape: &Mesh, lattice: &Lattice, places: &[u32]) -> Volume {
+        match self.distances {
+            Distances::Exact => volume::sample(surface, lattice, places),
+            Distances::Sight => line_of_sight::sample(shape, lattice, places, 10.0 * self.millimetre),
+        }
+    }
+
     fn new(shapes: &[Mesh], settings: &Settings) -> Result<Self, Error> {
         let mut surfaces = Vec::with_capacity(shapes.len());
         for (number, shape) in shapes.iter().enumerate() {
@@ -171,7 +195,8 @@ impl Plan {
         let lattice = Lattice { origin: low - Vector::repeat(margin), spacing, sides };
         let coarse = coarse(&surfaces, &lattice.coarse(brick / FAR_PER_BRICK));
         let border_share = settings.border_share;
-        Ok(Self { surfaces, lattice, millimetre, brick, stride, coarse, band, border_share })
+        let distances = settings.distances;
+        Ok(Self { surfaces, lattice, millimetre, brick, stride, coarse, band, border_share, distances })
     }
 
     /// Voxels that may lie in the band, judged by the mean distance at the nodes around them.
@@ -186,12 +211,13 @@ impl Plan {
     }
 
     /// Candidates (by number) inside the band and on the support.
-    fn band(&self, places: &[u32], volumes: &[Volume], settings: &Settings) -> Vec<usize> {
+    fn band(&self, volumes: &[Volume], settings: &Settings) -> Vec<usize> {
         let stored = |&i: &usize| {
             let moments = Moments::of(volumes, i);
             self.band.holds(&moments, 0.0) && moments.border <= settings.border_share
         };
-        (0..places.len()).into_par_iter().filter(stored).collect()
+        let candidates = volumes.first().map_or(0, |v| v.distances.len());
+        (0..candidates).into_par_iter().filter(stored).collect()
     }
 
     fn encode(&self, settings: &Settings, voxels: &[u32], pca: pca::Pca, shapes: usize) -> Result<Vec<u8>, Error> {
@@ -207,11 +233,12 @@ impl Plan {
             .collect();
         let u = (self.millimetre / h) as f32;
         let made = format!(
-            "lacuna {}; spacing {h}; band -{:.3} to {:.3} and {} deviations; exact distances",
+            "lacuna {}; spacing {h}; band -{:.3} to {:.3} and {} deviations; {} distances",
             env!("CARGO_PKG_VERSION"),
             self.band.behind,
             self.band.front,
-            self.band.spread
+            self.band.spread,
+            if self.distances == Distances::Exact { "exact" } else { "line of sight" }
         );
         let header = Header {
             class: &settings.class,

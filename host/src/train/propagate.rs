@@ -14,6 +14,9 @@ use rayon::prelude::*;
 /// No voxel is known.
 pub const NO_SOURCE: u32 = u32::MAX;
 
+/// Mark of a source whose value is negative.
+const NEGATIVE: u32 = 1 << 31;
+
 /// Columns worked on together, so that a cache line is read once.
 const TILE: usize = 16;
 
@@ -22,14 +25,13 @@ const TILE: usize = 16;
 /// all stays NaN.
 ///
 /// # Panics
-/// If `values` does not have the length that `sides` tells.
+/// If `values` does not have the length that `sides` tells, or has 2^31 elements or more.
 pub fn propagate(values: &mut [f32], sides: [usize; 3]) {
     let field = Field::new(values, sides);
-    let known = values.to_vec();
-    let costs = field.costs.par_iter().zip(&field.sources);
-    values.par_iter_mut().zip(costs).with_min_len(4096).for_each(|(value, (cost, &source))| {
+    let found = field.costs.par_iter().zip(&field.sources);
+    values.par_iter_mut().zip(found).with_min_len(4096).for_each(|(value, (cost, &source))| {
         if value.is_nan() && source != NO_SOURCE {
-            *value = cost.sqrt().copysign(known[source as usize]);
+            *value = if source & NEGATIVE == 0 { cost.sqrt() } else { -cost.sqrt() };
         }
     });
 }
@@ -38,12 +40,15 @@ pub fn propagate(values: &mut [f32], sides: [usize; 3]) {
 /// [`propagate`].
 ///
 /// # Panics
-/// If `values` does not have the length that `sides` tells.
+/// If `values` does not have the length that `sides` tells, or has 2^31 elements or more.
 pub fn sources(values: &[f32], sides: [usize; 3]) -> Vec<u32> {
-    Field::new(values, sides).sources
+    let mut sources = Field::new(values, sides).sources;
+    let unmark = |source: &mut u32| *source = if *source == NO_SOURCE { NO_SOURCE } else { *source & !NEGATIVE };
+    sources.par_iter_mut().with_min_len(4096).for_each(unmark);
+    sources
 }
 
-/// Least cost and its source at every voxel.
+/// Least cost and its source, marked by its sign, at every voxel.
 struct Field {
     costs: Vec<f32>,
     sources: Vec<u32>,
@@ -55,7 +60,8 @@ type Row<'a> = (&'a mut [f32], &'a mut [u32]);
 impl Field {
     fn new(values: &[f32], sides: [usize; 3]) -> Self {
         assert_eq!(values.len(), sides.iter().product::<usize>(), "one value a voxel");
-        let mut field = Self { costs: vec![0.0; values.len()], sources: vec![NO_SOURCE; values.len()] };
+        assert!(values.len() < NEGATIVE as usize, "at most 2^31 - 1 voxels");
+        let mut field = Self { costs: vec![0.0; values.len()], sources: vec![0; values.len()] };
         if values.is_empty() {
             return field;
         }
@@ -67,7 +73,7 @@ impl Field {
             let mut rows: Vec<Row<'_>> = costs.chunks_mut(width).zip(sources.chunks_mut(width)).collect();
             for (y, row) in rows.iter_mut().enumerate() {
                 let start = first + y * width;
-                scratch.envelope.along(&values[start..start + width], start as u32, row);
+                scratch.envelope.row(&values[start..start + width], start as u32, row);
             }
             scratch.across(&mut rows);
         });
@@ -79,113 +85,126 @@ impl Field {
     }
 }
 
-/// What a thread needs for itself.
+/// What a thread needs for itself: an envelope, and a tile of columns as rows of `TILE`.
 struct Scratch {
     envelope: Envelope,
-    costs: Vec<f32>,
-    sources: Vec<u32>,
+    costs: Vec<[f32; TILE]>,
+    sources: Vec<[u32; TILE]>,
 }
 
 impl Scratch {
     fn new(longest: usize) -> Self {
-        let (costs, sources) = (vec![0.0; TILE * longest], vec![0; TILE * longest]);
+        let (costs, sources) = (vec![[0.0; TILE]; longest], vec![[0; TILE]; longest]);
         Self { envelope: Envelope::new(longest), costs, sources }
     }
 
     /// Minimises along the columns of some rows.
     fn across(&mut self, rows: &mut [Row<'_>]) {
-        let (width, length) = (rows[0].0.len(), rows.len());
+        let (costs, sources) = (&mut self.costs[..rows.len()], &mut self.sources[..rows.len()]);
+        let width = rows[0].0.len();
         for from in (0..width).step_by(TILE) {
-            let columns = TILE.min(width - from);
-            for (i, (costs, sources)) in rows.iter().enumerate() {
-                for (c, (cost, source)) in costs[from..].iter().zip(&sources[from..]).take(columns).enumerate() {
-                    self.costs[c * length + i] = *cost;
-                    self.sources[c * length + i] = *source;
-                }
+            let (range, columns) = (from..width.min(from + TILE), TILE.min(width - from));
+            for (row, (costs, sources)) in rows.iter().zip(costs.iter_mut().zip(sources.iter_mut())) {
+                costs[..columns].copy_from_slice(&row.0[range.clone()]);
+                sources[..columns].copy_from_slice(&row.1[range.clone()]);
             }
-            let tile = self.costs.chunks_exact_mut(length).zip(self.sources.chunks_exact_mut(length));
-            tile.take(columns).for_each(|mut column| self.envelope.again(&mut column));
-            for (i, (costs, sources)) in rows.iter_mut().enumerate() {
-                for c in 0..columns {
-                    costs[from + c] = self.costs[c * length + i];
-                    sources[from + c] = self.sources[c * length + i];
-                }
+            (0..columns).for_each(|column| self.envelope.column(costs, sources, column));
+            for (row, (costs, sources)) in rows.iter_mut().zip(costs.iter().zip(sources.iter())) {
+                row.0[range.clone()].copy_from_slice(&costs[..columns]);
+                row.1[range.clone()].copy_from_slice(&sources[..columns]);
             }
         }
     }
 }
 
 /// A parabola of the lower envelope.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Piece {
     /// First voxel where it is the lowest.
     from: u32,
-    at: u32,
+    at: f32,
     cost: f32,
     source: u32,
 }
 
 struct Envelope {
+    /// The first `count` are in use.
     pieces: Vec<Piece>,
-    /// 1 / 2n at n.
-    inverse: Vec<f32>,
+    count: usize,
 }
 
 impl Envelope {
     fn new(longest: usize) -> Self {
-        let inverse = (0..longest).map(|n| 0.5 / n as f32).collect();
-        Self { pieces: Vec::with_capacity(longest), inverse }
+        Self { pieces: vec![Piece::default(); longest], count: 0 }
     }
 
     /// The first axis: known values at places from `start` on.
-    fn along(&mut self, values: &[f32], start: u32, row: &mut Row<'_>) {
-        self.pieces.clear();
-        for (at, value) in values.iter().enumerate().filter(|(_, value)| !value.is_nan()) {
-            self.add(at as u32, value * value, start + at as u32, values.len() as u32);
+    fn row(&mut self, values: &[f32], start: u32, (costs, sources): &mut Row<'_>) {
+        self.count = 0;
+        for (i, value) in values.iter().enumerate().filter(|(_, value)| !value.is_nan()) {
+            let mark = if value.is_sign_negative() { NEGATIVE } else { 0 };
+            self.add(i as i32 as f32, value * value, (start + i as u32) | mark, values.len() as f32);
         }
-        self.write(row);
-    }
-
-    /// A further axis, in place.
-    fn again(&mut self, row: &mut Row<'_>) {
-        self.pieces.clear();
-        let length = row.0.len() as u32;
-        for (at, (&cost, &source)) in row.0.iter().zip(row.1.iter()).enumerate() {
-            if source != NO_SOURCE {
-                self.add(at as u32, cost, source, length);
+        if self.count == 0 {
+            sources.fill(NO_SOURCE);
+        }
+        self.spans(costs.len(), |piece, span| {
+            let mut offset = span.start as i32 as f32 - piece.at;
+            for cost in &mut costs[span.clone()] {
+                *cost = offset * offset + piece.cost;
+                offset += 1.0;
             }
-        }
-        self.write(row);
+            sources[span].fill(piece.source);
+        });
     }
 
+    /// A further axis, in place: one column of a tile.
     #[inline]
-    fn add(&mut self, at: u32, cost: f32, source: u32, length: u32) {
-        let mut from = 0;
-        while let Some(top) = self.pieces.last() {
-            let middle = 0.5 * (at + top.at) as f32;
-            let crossing = middle + (cost - top.cost) * self.inverse[(at - top.at) as usize];
-            // The first whole number beyond the crossing: on a tie the earlier parabola stays.
-            from = (crossing + 1.0).max(0.0) as u32;
-            if from > top.from {
+    fn column(&mut self, costs: &mut [[f32; TILE]], sources: &mut [[u32; TILE]], column: usize) {
+        self.count = 0;
+        let (length, mut at) = (costs.len() as f32, 0.0);
+        for (costs, sources) in costs.iter().zip(sources.iter()) {
+            if sources[column] != NO_SOURCE {
+                self.add(at, costs[column], sources[column], length);
+            }
+            at += 1.0;
+        }
+        self.spans(costs.len(), |piece, span| {
+            let mut offset = span.start as i32 as f32 - piece.at;
+            for (costs, sources) in costs[span.clone()].iter_mut().zip(&mut sources[span]) {
+                costs[column] = offset * offset + piece.cost;
+                sources[column] = piece.source;
+                offset += 1.0;
+            }
+        });
+    }
+
+    #[inline(always)]
+    fn add(&mut self, at: f32, cost: f32, source: u32, length: f32) {
+        let mut from = 0.0;
+        while let Some(top) = self.count.checked_sub(1).and_then(|last| self.pieces.get(last)) {
+            let crossing = 0.5 * (at + top.at + (cost - top.cost) / (at - top.at));
+            // The first whole number beyond the crossing is below this: on a tie the earlier parabola stays.
+            from = crossing + 1.0;
+            if from >= (top.from as i32 + 1) as f32 {
                 break;
             }
-            from = 0;
-            self.pieces.pop();
+            from = 0.0;
+            self.count -= 1;
         }
         if from < length {
-            self.pieces.push(Piece { from, at, cost, source });
+            self.pieces[self.count] = Piece { from: from as i32 as u32, at, cost, source };
+            self.count += 1;
         }
     }
 
-    fn write(&self, (costs, sources): &mut Row<'_>) {
-        let mut end = costs.len();
-        for piece in self.pieces.iter().rev() {
+    /// The pieces and where they are the lowest, last first.
+    #[inline(always)]
+    fn spans(&self, length: usize, mut found: impl FnMut(&Piece, std::ops::Range<usize>)) {
+        let mut end = length;
+        for piece in self.pieces[..self.count].iter().rev() {
             let from = piece.from as usize;
-            for (i, cost) in (from..end).zip(&mut costs[from..end]) {
-                let offset = i as f32 - piece.at as f32;
-                *cost = offset * offset + piece.cost;
-            }
-            sources[from..end].fill(piece.source);
+            found(piece, from..end);
             end = from;
         }
     }

@@ -1,0 +1,186 @@
+//! `lacuna complete`.
+
+use super::{Common, Failure, bar, inputs, say};
+use crate::complete::merge::MEASURED;
+use crate::complete::{Completion, Hint, Options, complete, picture};
+use crate::fit::Digests;
+use crate::io::{self, PlyOut};
+use crate::mesh::Mesh;
+use lacuna::format::Unit;
+use lacuna::{Fixed, Model, Schedule, schedule};
+use std::path::PathBuf;
+
+/// Complete a scan: without arguments, the example scan with the built-in model.
+#[derive(clap::Args)]
+pub struct Complete {
+    /// The scan: PLY, OBJ, STL, XYZ, depth PNG, scan.json, or a folder with one [default: the example scan]
+    scan: Option<PathBuf>,
+    /// The shape model [default: the built-in one]
+    #[arg(short, long)]
+    model: Option<PathBuf>,
+    /// Where the completed mesh goes
+    #[arg(short, long, default_value = "completed.ply")]
+    output: PathBuf,
+    /// Where the picture goes [default: beside the mesh, as .png]
+    #[arg(short, long)]
+    picture: Option<PathBuf>,
+    /// Draw no picture
+    #[arg(long, conflicts_with = "picture")]
+    no_picture: bool,
+    /// Also write the pure model surface of the local fit
+    #[arg(long, value_name = "PLY")]
+    local_surface: Option<PathBuf>,
+    /// Also write the pure model surface of the global fit
+    #[arg(long, value_name = "PLY")]
+    global_surface: Option<PathBuf>,
+    /// The exact pose: `identity`, or a JSON file with the 4 x 4 matrix from scan to model
+    #[arg(long, value_name = "POSE")]
+    pose: Option<String>,
+    /// A rough pose, refined from there: as for --pose
+    #[arg(long, value_name = "POSE", conflicts_with = "pose")]
+    pose_hint: Option<String>,
+    /// Unit of the scan, if it is not the model's: mm, m, in, um
+    #[arg(long, value_parser = inputs::unit)]
+    unit: Option<Unit>,
+    /// Seed of the search for the pose
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// How much finer than the model's grid the surface is extracted
+    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=4))]
+    finer: u8,
+    /// Keep the previous weights for a heavy-ball term instead of varying the step lengths
+    #[arg(long)]
+    momentum: bool,
+}
+
+#[derive(serde::Serialize)]
+struct Report<'a> {
+    scan: String,
+    class: &'a str,
+    model_checksum: String,
+    output: String,
+    picture: Option<String>,
+    vertices: usize,
+    triangles: usize,
+    measured_vertices: usize,
+    specks_removed: usize,
+    scan_to_model: [[f64; 4]; 4],
+    verdict: &'a crate::complete::verdict::Verdict,
+    hull_voxels: u32,
+    buffer_bytes: usize,
+    digests: Digests,
+    seconds: f64,
+}
+
+impl Complete {
+    /// Runs the subcommand.
+    pub fn run(&self, common: &Common) -> Result<(), Failure> {
+        let bytes = inputs::model_bytes(self.model.as_deref())?;
+        let model = inputs::model(&bytes, self.model.as_deref())?;
+        let unit = self.unit.unwrap_or(model.header().unit);
+        let factor = inputs::millimetres(unit) / inputs::millimetres(model.header().unit);
+        let scan = inputs::scaled(inputs::scan(self.scan.as_deref())?, factor);
+        let start = std::time::Instant::now();
+        let progress = bar(2, "completing");
+        progress.inc(0);
+        let completion = complete::<Fixed>(&model, &scan, &self.options(&model)?)?;
+        let seconds = start.elapsed().as_secs_f64();
+        progress.inc(1);
+        self.write(&completion, &model, factor)?;
+        progress.finish_and_clear();
+        self.tell(common, &completion, &model, seconds);
+        Ok(())
+    }
+
+    fn options(&self, model: &Model<'_>) -> Result<Options<'static>, Failure> {
+        let hint = match (&self.pose, &self.pose_hint) {
+            (Some(pose), _) => Hint::Exact(inputs::pose(pose, model)?),
+            (None, Some(pose)) => Hint::Rough(inputs::pose(pose, model)?),
+            (None, None) => Hint::None,
+        };
+        let stride = model.header().stride;
+        let (momentum, passes): (u8, &[_]) =
+            if self.momentum { (179, &schedule::MOMENTUM) } else { (0, &schedule::DEFAULT) };
+        let schedule = Schedule { stride, momentum, passes };
+        Ok(Options { hint, seed: self.seed, schedule, finer: usize::from(self.finer) })
+    }
+
+    fn picture_path(&self) -> Option<PathBuf> {
+        let beside = || self.output.with_extension("png");
+        (!self.no_picture).then(|| self.picture.clone().unwrap_or_else(beside))
+    }
+
+    fn write(&self, completion: &Completion, model: &Model<'_>, factor: f64) -> Result<(), Failure> {
+        let back = |mesh: &Mesh| inputs::scaled(mesh.clone(), 1.0 / factor);
+        let merged = &completion.merged;
+        let mesh = back(&merged.mesh);
+        let colours = picture::colours(&merged.labels);
+        let distances: Vec<f32> = merged.distances.iter().map(|d| d / factor as f32).collect();
+        let mut out = PlyOut::new(&mesh);
+        out.colours = Some(&colours);
+        out.labels = Some(&merged.labels);
+        out.distances_mm = Some(&distances);
+        out.comments = vec![
+            format!("completed by lacuna {} with the class {}", env!("CARGO_PKG_VERSION"), model.header().class),
+            "label 1: measured, 0: inferred; distance: to the scan, in its unit".into(),
+        ];
+        io::write_ply(&self.output, &out)?;
+        for (path, mesh) in [(&self.local_surface, &completion.local), (&self.global_surface, &completion.global)] {
+            if let Some(path) = path {
+                io::write_ply(path, &PlyOut::new(&back(mesh)))?;
+            }
+        }
+        if let Some(path) = self.picture_path() {
+            let png = picture::draw(completion, 480, 560).png()?;
+            io::atomic::write(&path, |file| file.write_all(&png))?;
+        }
+        Ok(())
+    }
+
+    fn tell(&self, common: &Common, completion: &Completion, model: &Model<'_>, seconds: f64) {
+        let measured = completion.merged.labels.iter().filter(|&&l| l == MEASURED).count();
+        let report = Report {
+            scan: self.scan.as_ref().map_or("example".into(), |p| p.display().to_string()),
+            class: model.header().class,
+            model_checksum: format!("{:08x}", model.checksum()),
+            output: self.output.display().to_string(),
+            picture: self.picture_path().map(|p| p.display().to_string()),
+            vertices: completion.merged.mesh.points.len(),
+            triangles: completion.merged.mesh.triangles.len(),
+            measured_vertices: measured,
+            specks_removed: completion.specks,
+            scan_to_model: inputs::matrix(&completion.placed, model),
+            verdict: &completion.verdict,
+            hull_voxels: completion.fit.hull_voxels,
+            buffer_bytes: completion.fit.buffer_bytes,
+            digests: completion.fit.digests,
+            seconds,
+        };
+        if common.json {
+            say(&serde_json::to_string_pretty(&report).unwrap_or_default());
+            return;
+        }
+        let verdict = &completion.verdict;
+        let symbol = inputs::symbol(model.header().unit);
+        say(&format!("verdict         {}", format!("{:?}", verdict.grade).to_lowercase()));
+        for reason in &verdict.reasons {
+            say(&format!("                {reason}"));
+        }
+        say(&format!("inliers         {:.1} % of the scan on the fitted surface", 100.0 * verdict.inlier_share));
+        say(&format!("seen part       {:.3} {symbol} rms from the fitted surface", verdict.seen_rms));
+        say(&format!(
+            "inferred part   {:.0} % of the surface, {:.0} {symbol}2",
+            100.0 * verdict.inferred_share,
+            verdict.inferred_area
+        ));
+        say(&format!("weights         {:.2} deviations rms", verdict.weight_norm));
+        say(&format!("scale           {:.3} of the class", verdict.scale));
+        say(&format!("pose            {:.1} % inliers, next best {:.1} %", 100.0 * verdict.pose_inliers[0], 100.0 * verdict.pose_inliers[1]));
+        let d = &completion.fit.digests;
+        say(&format!("digests         hull {:08x} global {:08x} local {:08x} distances {:08x}", d.hull, d.global, d.local, d.distances));
+        say(&format!("mesh            {} ({} vertices, {seconds:.2} s)", report.output, report.vertices));
+        if let Some(picture) = report.picture {
+            say(&format!("picture         {picture}"));
+        }
+    }
+}

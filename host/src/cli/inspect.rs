@@ -1,0 +1,105 @@
+//! `lacuna inspect`.
+
+use super::{Common, Failure, inputs, say};
+use lacuna::{Fixed, Model, Schedule, Sizes, schedule};
+use std::path::PathBuf;
+
+/// Show what a model holds and what memory its fit needs.
+#[derive(clap::Args)]
+pub struct Inspect {
+    /// The shape model [default: the built-in one]
+    model: Option<PathBuf>,
+}
+
+#[derive(serde::Serialize)]
+struct Report<'a> {
+    class: &'a str,
+    made: &'a str,
+    format_version: u16,
+    checksum: String,
+    bytes: usize,
+    shapes: u32,
+    modes: usize,
+    explained: f32,
+    spacing: f32,
+    unit: &'static str,
+    origin: [f32; 3],
+    sides: [u16; 3],
+    brick: u8,
+    bricks: u16,
+    voxels: u32,
+    stride: u8,
+    node_distance: f32,
+    active_nodes: usize,
+    hull_front: f32,
+    hull_behind: f32,
+    deviations: Vec<f32>,
+    fit_bytes: usize,
+    fit_bytes_with_momentum: usize,
+    pose_bytes: usize,
+}
+
+impl Inspect {
+    /// Runs the subcommand.
+    pub fn run(&self, common: &Common) -> Result<(), Failure> {
+        let bytes = inputs::model_bytes(self.model.as_deref())?;
+        let model = inputs::model(&bytes, self.model.as_deref())?;
+        let report = report(&model, bytes.len())?;
+        if common.json {
+            say(&serde_json::to_string_pretty(&report)?);
+        } else {
+            tell(&report);
+        }
+        Ok(())
+    }
+}
+
+fn report<'a>(model: &'a Model<'_>, bytes: usize) -> Result<Report<'a>, Failure> {
+    let h = model.header();
+    let required = |momentum: u8| {
+        let schedule = Schedule { stride: h.stride, momentum, passes: &schedule::DEFAULT };
+        Sizes::required(model, &schedule).map_err(|error| inputs::sentence(&error))
+    };
+    let sizes = required(0)?;
+    let modes = model.modes();
+    Ok(Report {
+        class: h.class,
+        made: h.made,
+        format_version: lacuna::format::VERSION,
+        checksum: format!("{:08x}", model.checksum()),
+        bytes,
+        shapes: h.shapes,
+        modes,
+        explained: h.explained,
+        spacing: h.spacing,
+        unit: inputs::symbol(h.unit),
+        origin: h.origin,
+        sides: h.sides,
+        brick: h.brick,
+        bricks: h.bricks,
+        voxels: h.voxels,
+        stride: h.stride,
+        node_distance: f32::from(h.stride) * h.spacing,
+        active_nodes: sizes.weights / modes.max(1),
+        hull_front: h.scales.front * h.spacing,
+        hull_behind: h.scales.behind * h.spacing,
+        deviations: (0..modes).map(|k| model.deviation(k) * h.spacing).collect(),
+        fit_bytes: sizes.bytes::<Fixed>(),
+        fit_bytes_with_momentum: required(179)?.bytes::<Fixed>(),
+        pose_bytes: lacuna::pose_fit::sums_len(modes) * 12 + (lacuna::pose_fit::row_len(modes) + modes) * 4,
+    })
+}
+
+fn tell(r: &Report<'_>) {
+    say(&format!("class           {}, {} shapes, {} modes ({:.1} % of the variance)", r.class, r.shapes, r.modes, 100.0 * r.explained));
+    say(&format!("made            {}", r.made));
+    say(&format!("file            {:.2} MiB, format version {}, checksum {}", r.bytes as f64 / 1048576.0, r.format_version, r.checksum));
+    let [x, y, z] = r.sides;
+    say(&format!("grid            {x} x {y} x {z} voxels of {} {}, {} stored in {} bricks", r.spacing, r.unit, r.voxels, r.bricks));
+    say(&format!("weight nodes    every {} voxels ({:.1} {}), {} active", r.stride, r.node_distance, r.unit, r.active_nodes));
+    say(&format!("hull            {:.1} {} in front, {:.1} behind", r.hull_front, r.unit, r.hull_behind));
+    let kib = |bytes: usize| bytes as f64 / 1024.0;
+    say(&format!("fit memory      {:.0} KiB ({:.0} with momentum), pose {:.1} KiB", kib(r.fit_bytes), kib(r.fit_bytes_with_momentum), kib(r.pose_bytes)));
+    let deviations: Vec<String> = r.deviations.iter().map(|d| format!("{d:.2}")).collect();
+    say(&format!("deviations      {} {} rms", deviations.join(" "), r.unit));
+}

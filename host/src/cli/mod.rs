@@ -1,0 +1,91 @@
+//! The command line: one file a subcommand, all errors as sentences.
+
+mod complete;
+mod inspect;
+mod inputs;
+mod register;
+mod synth;
+mod train;
+mod verify;
+
+use clap::{Args, Parser, Subcommand};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::process::ExitCode;
+
+/// Completes 3D scans with a local statistical shape prior.
+#[derive(Parser)]
+#[command(name = "lacuna", version, about, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    #[command(flatten)]
+    common: Common,
+}
+
+/// Options of every subcommand.
+#[derive(Args, Clone)]
+struct Common {
+    /// Print one JSON object for programs instead of text
+    #[arg(long, global = true)]
+    json: bool,
+    /// Threads to use; the results do not depend on it [default: all processors]
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    threads: Option<u16>,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Complete a scan: without arguments, the example scan with the built-in model
+    Complete(complete::Complete),
+    /// Train a shape model on meshes of one class
+    Train(train::Train),
+    /// Show what a model holds and what memory its fit needs
+    Inspect(inspect::Inspect),
+    /// Find the pose of a scan in a model's frame
+    Register(register::Register),
+    /// Make heads and scans of the built-in shape class
+    Synth(synth::Synth),
+    /// Check this build: reference against float against fixed point, digests against the golden ones
+    Verify(verify::Verify),
+}
+
+/// A subcommand's failure: data that cannot be used.
+type Failure = Box<dyn std::error::Error + Send + Sync>;
+
+/// Runs the program: 0 for success, 1 for data that cannot be used, 2 for wrong usage.
+pub fn run() -> ExitCode {
+    let cli = Cli::parse();
+    if let Some(threads) = cli.common.threads {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads));
+        if let Err(error) = pool.build_global() {
+            return fail(&error.into());
+        }
+    }
+    let result = match &cli.command {
+        Command::Complete(args) => args.run(&cli.common),
+        Command::Train(args) => args.run(&cli.common),
+        Command::Inspect(args) => args.run(&cli.common),
+        Command::Register(args) => args.run(&cli.common),
+        Command::Synth(args) => args.run(&cli.common),
+        Command::Verify(args) => args.run(&cli.common),
+    };
+    result.map_or_else(|error| fail(&error), |()| ExitCode::SUCCESS)
+}
+
+fn fail(error: &Failure) -> ExitCode {
+    eprintln!("lacuna: {error}");
+    ExitCode::from(1)
+}
+
+/// Prints a line to standard output; a reader that has gone away is no error.
+fn say(text: &str) {
+    use std::io::Write;
+    let _ = writeln!(std::io::stdout(), "{text}");
+}
+
+/// A progress bar on a terminal, nothing in a pipe.
+fn bar(total: u64, what: &str) -> ProgressBar {
+    let style = ProgressStyle::with_template("{msg:20} {wide_bar} {pos}/{len} {eta}");
+    let bar = ProgressBar::new(total).with_message(what.to_owned());
+    if let Ok(style) = style { bar.with_style(style) } else { bar }
+}

@@ -1,0 +1,183 @@
+//! `lacuna synth`.
+
+use super::{Common, Failure, bar, say};
+use crate::io::{self, PlyOut};
+use crate::mesh::Mesh;
+use crate::synth::{Head, Kind, Scan, ScannerSettings, scan};
+use clap::{Args, Subcommand, ValueEnum};
+use nalgebra::Matrix4;
+use rayon::prelude::*;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+/// Make heads and scans of the built-in shape class.
+#[derive(Args)]
+pub struct Synth {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Subcommand)]
+enum What {
+    /// Heads as training meshes: head_000.ply, head_001.ply, ...
+    Heads(Heads),
+    /// A simulated scan of a head, with its truth
+    Scan(OneScan),
+}
+
+#[derive(Args)]
+struct Heads {
+    /// The folder they go to; made if it does not exist
+    folder: PathBuf,
+    /// How many
+    #[arg(short, long, default_value_t = 30, value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    count: u64,
+    /// Seed of the class
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Number of the first head
+    #[arg(long, default_value_t = 0)]
+    first: u64,
+    /// Smooth relief that no parameter makes, mm rms
+    #[arg(long, default_value_t = 0.0)]
+    relief: f64,
+}
+
+#[derive(Args)]
+struct OneScan {
+    /// The folder it goes to; made if it does not exist
+    folder: PathBuf,
+    /// From where
+    #[arg(long, value_enum, default_value_t = From::Front)]
+    view: From,
+    /// Seed of the class
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Number of the head
+    #[arg(long, default_value_t = 1000)]
+    head: u64,
+    /// Seed of the scanner: pose, drop-outs, noise
+    #[arg(long, default_value_t = 1)]
+    scan_seed: u64,
+    /// 320 x 240 pixels instead of 640 x 480
+    #[arg(long)]
+    small: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum From {
+    Front,
+    Side,
+    Stitched,
+}
+
+impl Synth {
+    /// Runs the subcommand.
+    pub fn run(&self, common: &Common) -> Result<(), Failure> {
+        match &self.what {
+            What::Heads(args) => args.run(common),
+            What::Scan(args) => args.run(common),
+        }
+    }
+}
+
+fn make_folder(folder: &Path) -> Result<(), Failure> {
+    std::fs::create_dir_all(folder)
+        .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()).into())
+}
+
+impl Heads {
+    fn run(&self, common: &Common) -> Result<(), Failure> {
+        make_folder(&self.folder)?;
+        let progress = bar(self.count, "making heads");
+        let numbers: Vec<u64> = (self.first..self.first + self.count).collect();
+        numbers.par_iter().try_for_each(|&number| -> Result<(), Failure> {
+            let head = Head::sample(self.seed, number);
+            let head = if self.relief > 0.0 { head.with_relief(self.relief, number) } else { head };
+            let path = self.folder.join(format!("head_{number:03}.ply"));
+            io::write_ply(&path, &PlyOut::new(&head.mesh()))?;
+            progress.inc(1);
+            Ok(())
+        })?;
+        progress.finish_and_clear();
+        if common.json {
+            say(&json!({ "folder": self.folder, "heads": self.count }).to_string());
+        } else {
+            say(&format!("{} heads in {}", self.count, self.folder.display()));
+        }
+        Ok(())
+    }
+}
+
+impl OneScan {
+    fn run(&self, common: &Common) -> Result<(), Failure> {
+        make_folder(&self.folder)?;
+        let truth = Head::sample(self.seed, self.head).mesh();
+        let kind = match self.view {
+            From::Front => Kind::Front,
+            From::Side => Kind::Side,
+            From::Stitched => Kind::Stitched,
+        };
+        let settings = if self.small { ScannerSettings::small() } else { ScannerSettings::default() };
+        let scan = scan(&truth, kind, &settings, self.scan_seed);
+        let info = self.write(&truth, &scan)?;
+        if common.json {
+            say(&info.to_string());
+        } else {
+            let missing = 100.0 * scan.missing.iter().filter(|&&m| m).count() as f64 / scan.missing.len() as f64;
+            let folder = self.folder.display();
+            say(&format!("{} points in {folder}, {missing:.0} % of the head missing", scan.points.points.len()));
+        }
+        Ok(())
+    }
+
+    fn write(&self, truth: &Mesh, scan: &Scan) -> Result<Value, Failure> {
+        let write = |name: &str, mesh: &Mesh| io::write_ply(&self.folder.join(name), &PlyOut::new(mesh));
+        write("truth.ply", truth)?;
+        write("mesh.ply", &scan.mesh)?;
+        write("points.ply", &scan.points)?;
+        let missing: Vec<u8> = scan.missing.iter().map(|&m| u8::from(m)).collect();
+        io::atomic::write(&self.folder.join("gt_missing.u8"), |file| file.write_all(&missing))?;
+        let mut views = Vec::new();
+        for (number, view) in scan.views.iter().enumerate() {
+            let name = if scan.views.len() == 1 { "depth.png".into() } else { format!("depth_{number}.png") };
+            let png = depth_png(&view.depth, view.width, view.height)?;
+            io::atomic::write(&self.folder.join(&name), |file| file.write_all(&png))?;
+            views.push(json!({ "depth": name, "camera_to_scan": rows(&view.camera_to_scan) }));
+        }
+        let inverse = scan.model_to_scan.try_inverse().unwrap_or_else(Matrix4::identity);
+        let camera = scan.views.first().map(|view| {
+            json!({
+                "width": view.width, "height": view.height,
+                "fx": view.fx, "fy": view.fy, "cx": view.cx, "cy": view.cy,
+                "depth_unit_mm": 1.0 / crate::synth::UNITS_PER_MM,
+            })
+        });
+        let info = json!({
+            "name": format!("head {} of seed {}", self.head, self.seed),
+            "ground_truth_mesh": "truth.ply",
+            "camera": camera,
+            "views": views,
+            "truth": { "model_to_scan": rows(&scan.model_to_scan), "scan_to_model": rows(&inverse) },
+        });
+        let text = serde_json::to_vec_pretty(&info)?;
+        io::atomic::write(&self.folder.join("scan.json"), |file| file.write_all(&text))?;
+        Ok(info)
+    }
+}
+
+fn rows(matrix: &Matrix4<f64>) -> Vec<Vec<f64>> {
+    matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
+}
+
+fn depth_png(depth: &[u16], width: u32, height: u32) -> Result<Vec<u8>, Failure> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(png::BitDepth::Sixteen);
+    let mut writer = encoder.write_header()?;
+    let data: Vec<u8> = depth.iter().flat_map(|d| d.to_be_bytes()).collect();
+    writer.write_image_data(&data)?;
+    writer.finish()?;
+    Ok(bytes)
+}

@@ -1,0 +1,106 @@
+//! `lacuna verify`.
+
+use super::{Common, Failure, bar, inputs, say};
+use crate::complete::clean::clean;
+use crate::fit::Digests;
+use crate::mesh::Point;
+use crate::register::{prepare, register};
+use crate::synth::Kind;
+use crate::verify::{Case, Class, Report, verify, verify_core};
+use lacuna::{Model, Schedule, schedule};
+use std::path::PathBuf;
+
+/// Check this build: reference against float against fixed point, digests against the golden ones.
+#[derive(clap::Args)]
+pub struct Verify {
+    /// Compare float and fixed point on these scans instead of the fixtures
+    scans: Vec<PathBuf>,
+    /// The model of these scans [default: the built-in one]
+    #[arg(short, long, requires = "scans")]
+    model: Option<PathBuf>,
+}
+
+/// The classes that are trained on the spot, small enough for the dense reference.
+pub const CLASSES: [Class; 3] = [
+    Class::SMALL,
+    Class { name: "side", shapes: 6, spacing_mm: 9.0, stride: 3, kind: Kind::Side, seed: 7 },
+    Class { name: "stitched", shapes: 7, spacing_mm: 10.0, stride: 1, kind: Kind::Stitched, seed: 11 },
+];
+/// Name of the case with the built-in model and the example scan.
+pub const BUILT_IN: &str = "built-in";
+
+impl Verify {
+    /// Runs the subcommand.
+    pub fn run(&self, common: &Common) -> Result<(), Failure> {
+        let reports = if self.scans.is_empty() { fixtures()? } else { self.compare()? };
+        if common.json {
+            say(&serde_json::to_string_pretty(&reports)?);
+        } else {
+            reports.iter().for_each(|report| say(&report.to_string()));
+        }
+        let changed: Vec<String> = reports
+            .iter()
+            .filter_map(|report| report.changed().first().map(|stage| format!("{} ({stage})", report.case)))
+            .collect();
+        if changed.is_empty() {
+            return Ok(());
+        }
+        let list = changed.join(", ");
+        Err(format!("this build does not compute the golden bits; first stage that differs: {list}").into())
+    }
+
+    fn compare(&self) -> Result<Vec<Report>, Failure> {
+        let bytes = inputs::model_bytes(self.model.as_deref())?;
+        let model = inputs::model(&bytes, self.model.as_deref())?;
+        let progress = bar(self.scans.len() as u64, "verifying");
+        let mut reports = Vec::new();
+        for path in &self.scans {
+            let (scan, _) = clean(&inputs::scan(Some(path))?);
+            let case = registered(&path.display().to_string(), &bytes, &scan)?;
+            reports.push(verify_core(&case, default_schedule(&model), None)?);
+            progress.inc(1);
+        }
+        progress.finish_and_clear();
+        Ok(reports)
+    }
+}
+
+fn default_schedule(model: &Model<'_>) -> Schedule<'static> {
+    Schedule { stride: model.header().stride, momentum: 0, passes: &schedule::DEFAULT }
+}
+
+/// A scan in the pose that registration finds.
+fn registered(name: &str, bytes: &[u8], scan: &crate::mesh::Mesh) -> Result<Case, Failure> {
+    let model = inputs::model(bytes, None)?;
+    let placed = register(&model, scan, 1)?.placed;
+    let (centre, mut points) = prepare(scan, 0.4 / f64::from(placed.pose.scale));
+    let shift = centre - placed.centre;
+    points.points.iter_mut().for_each(|p: &mut Point| *p += shift);
+    Ok(Case { name: name.into(), model: bytes.to_vec(), points, pose: placed.pose, volumes: None })
+}
+
+/// All fixtures against their golden digests.
+///
+/// # Errors
+/// A fixture that cannot be run.
+pub fn fixtures() -> Result<Vec<Report>, Failure> {
+    let progress = bar(CLASSES.len() as u64 + 1, "verifying");
+    let mut reports = Vec::new();
+    for class in &CLASSES {
+        let case = Case::synthetic(class)?;
+        let model = Model::from_bytes(&case.model).map_err(|error| inputs::sentence(&error))?;
+        reports.push(verify(&case, default_schedule(&model), golden(class.name))?);
+        progress.inc(1);
+    }
+    let bytes = inputs::model_bytes(None)?;
+    let case = registered(BUILT_IN, &bytes, &clean(&inputs::scan(None)?).0)?;
+    let model = inputs::model(&bytes, None)?;
+    reports.push(verify_core(&case, default_schedule(&model), golden(BUILT_IN))?);
+    progress.finish_and_clear();
+    Ok(reports)
+}
+
+fn golden(name: &str) -> Option<Digests> {
+    let found = lacuna_fixtures::GOLDEN.iter().find(|golden| golden.name == name)?;
+    Some(Digests { hull: found.hull, global: found.global, local: found.local, distances: found.distances })
+}

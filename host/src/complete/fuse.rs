@@ -1,0 +1,142 @@
+//! From fitted distances to surfaces in the scan's frame.
+
+use crate::fit::dense;
+use crate::mesh::{Mesh, Point, Vector};
+use crate::register::Placed;
+use crate::surface::{Volume, largest_component, marching_cubes, trim_rim};
+use crate::train::distance::Surface;
+use lacuna::{Model, sample};
+use rayon::prelude::*;
+
+/// A dense volume of distances in voxels, x fastest, NaN where unknown.
+pub struct Dense {
+    /// Voxels along x, y, z.
+    pub sides: [usize; 3],
+    /// Distances.
+    pub values: Vec<f32>,
+}
+
+impl Dense {
+    /// Fitted distances of the stored voxels.
+    pub fn new(model: &Model<'_>, distances: &[i16]) -> Self {
+        Self { sides: model.grid().sides().map(usize::from), values: dense(model, distances) }
+    }
+
+    fn index(&self, [x, y, z]: [usize; 3]) -> usize {
+        (z * self.sides[1] + y) * self.sides[0] + x
+    }
+
+    /// Distance and gradient at a position, trilinear; `None` next to unknown voxels.
+    pub fn at(&self, p: &Point) -> Option<(f64, Vector)> {
+        let place = sample::Place::new(p.coords.map(|c| c as f32).into(), 1)?;
+        let mut corners = [0.0f32; 8];
+        for (c, value) in corners.iter_mut().enumerate() {
+            let voxel = place.position(c).map(usize::from);
+            if voxel.iter().zip(self.sides).any(|(&v, side)| v >= side) {
+                return None;
+            }
+            *value = self.values[self.index(voxel)];
+        }
+        let (value, gradient) = place.interpolate(&corners);
+        (!value.is_nan()).then(|| (f64::from(value), Vector::from(gradient.map(f64::from))))
+    }
+
+    /// Fills unknown voxels next to the scan with the scan's own distances, within the model's support: where
+    /// somebody is farther from the mean than the model stores, the measured surface goes on.
+    pub fn extend(&mut self, model: &Model<'_>, scan: &Surface, placed: &Placed, points: &[Point]) {
+        let reach = 2.0;
+        let limit = reach * 1.8 / f64::from(placed.pose.scale);
+        let mut wanted: Vec<usize> = Vec::new();
+        for q in points.iter().map(|p| placed.to_model(p)) {
+            for offset in 0..125 {
+                let at = [offset % 5, offset / 5 % 5, offset / 25];
+                let voxel: [f64; 3] = std::array::from_fn(|a| q[a].round() + at[a] as f64 - reach);
+                if voxel.iter().zip(self.sides).all(|(&v, side)| v >= 0.0 && v < side as f64) {
+                    wanted.push(self.index(voxel.map(|v| v as usize)));
+                }
+            }
+        }
+        wanted.sort_unstable();
+        wanted.dedup();
+        wanted.retain(|&i| self.values[i].is_nan());
+        let scale = f64::from(placed.pose.scale);
+        let known = |&i: &usize| {
+            let voxel = [i % self.sides[0], i / self.sides[0] % self.sides[1], i / self.sides[0] / self.sides[1]];
+            sample::far(model, voxel.map(|v| v as f32))?;
+            let q = Point::from(Vector::from(voxel.map(|v| v as f64)));
+            let found = scan.distance(&placed.to_scan(&q), limit)?;
+            (!found.on_border).then_some((i, (found.value * scale) as f32))
+        };
+        let values: Vec<(usize, f32)> = wanted.par_iter().filter_map(known).collect();
+        for (i, value) in values {
+            self.values[i] = value;
+        }
+    }
+
+    /// The zero level in the scan's frame: largest piece, rim trimmed, on a grid `factor` times as fine.
+    pub fn surface(&self, placed: &Placed, factor: usize) -> Mesh {
+        let fine = self.finer(factor.max(1));
+        let volume = Volume { dims: fine.sides, values: &fine.values };
+        let mesh = marching_cubes(&volume, &Point::origin(), 1.0 / factor.max(1) as f64);
+        let mut mesh = trim_rim(&largest_component(&mesh));
+        mesh.points.par_iter_mut().for_each(|p| *p = placed.to_scan(p));
+        mesh
+    }
+
+    /// Trilinear interpolation to a finer grid.
+    fn finer(&self, factor: usize) -> Self {
+        if factor == 1 {
+            return Self { sides: self.sides, values: self.values.clone() };
+        }
+        let sides = self.sides.map(|side| (side - 1) * factor + 1);
+        let [width, height, _] = sides;
+        let step = 1.0 / factor as f32;
+        let mut values = vec![f32::NAN; sides.iter().product()];
+        values.par_chunks_mut(width).enumerate().for_each(|(row, out)| {
+            let (y, z) = (row % height, row / height);
+            let (low, high) = ([y / factor, z / factor], [y.div_ceil(factor), z.div_ceil(factor)]);
+            let (ty, tz) = ((y % factor) as f32 * step, (z % factor) as f32 * step);
+            let column = |x: usize| {
+                let value = |y: usize, z: usize| self.values[self.index([x, y, z])];
+                let near = blend(value(low[0], low[1]), value(high[0], low[1]), ty);
+                blend(near, blend(value(low[0], high[1]), value(high[0], high[1]), ty), tz)
+            };
+            let mut left = column(0);
+            out[0] = left;
+            for x in 1..self.sides[0] {
+                let right = column(x);
+                for i in 1..=factor {
+                    out[(x - 1) * factor + i] = blend(left, right, i as f32 * step);
+                }
+                left = right;
+            }
+        });
+        Self { sides, values }
+    }
+}
+
+/// a + (b - a) t, without spoiling an end by an unknown other end.
+fn blend(a: f32, b: f32, t: f32) -> f32 {
+    if t == 0.0 {
+        a
+    } else if t == 1.0 {
+        b
+    } else {
+        a + (b - a) * t
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_finer_grid_interpolates_and_keeps_the_known_voxels() {
+        let values = (0..27).map(|i| if i == 26 { f32::NAN } else { (i % 3) as f32 }).collect();
+        let fine = Dense { sides: [3; 3], values }.finer(2);
+        assert_eq!(fine.sides, [5; 3]);
+        assert_eq!(&fine.values[..5], [0.0, 0.5, 1.0, 1.5, 2.0]);
+        assert_eq!(fine.values[4 * 25 + 4 * 5 + 2], 1.0);
+        assert!(fine.values[4 * 25 + 4 * 5 + 3].is_nan());
+    }
+}

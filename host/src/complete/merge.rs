@@ -1,0 +1,129 @@
+//! One mesh of both: the fitted surface, moved onto the scan where the scan was measured.
+//!
+//! The fitted surface lies within a fraction of a millimetre of the measured one. Each of its vertices that
+//! has measured surface next to it is moved there; the motion fades out into the inferred part, so that there
+//! is no step at the seam. The mesh stays the manifold that the extraction made.
+
+use crate::mesh::{Mesh, Point, Vector};
+use crate::train::distance::Surface;
+use rayon::prelude::*;
+
+/// Label of a vertex that was moved onto the scan.
+pub const MEASURED: u8 = 1;
+/// Label of a vertex that the model filled in.
+pub const INFERRED: u8 = 0;
+
+/// Share of a motion that reaches the next ring of vertices beyond the seam.
+const FADE: f64 = 0.93;
+/// Rings the motion is carried.
+const RINGS: usize = 24;
+
+/// The completed mesh.
+#[derive(Clone, Debug, Default)]
+pub struct Merged {
+    /// Its surface.
+    pub mesh: Mesh,
+    /// [`MEASURED`] or [`INFERRED`], one a vertex.
+    pub labels: Vec<u8>,
+    /// Distance to the scan, one a vertex, in the scan's unit.
+    pub distances: Vec<f32>,
+}
+
+/// How the measured surface is found next to a vertex.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// Farthest motion onto the scan, scan units.
+    pub motion: f64,
+    /// Farthest sideways part of it: positive for clouds, whose every point has a border.
+    pub sideways: Option<f64>,
+}
+
+/// Moves `fitted` onto the scan where it was measured.
+pub fn merge(fitted: &Mesh, scan: &Surface, limits: &Limits) -> Merged {
+    let normals = fitted.vertex_normals();
+    let motions: Vec<Option<Vector>> = fitted
+        .points
+        .par_iter()
+        .zip(&normals)
+        .map(|(point, normal)| motion(point, normal, scan, limits))
+        .collect();
+    let faded = fade(fitted, &motions);
+    let points: Vec<Point> = fitted.points.iter().zip(&faded).map(|(p, motion)| p + motion).collect();
+    let distance = |p: &Point| scan.distance(p, f64::INFINITY).map_or(f32::INFINITY, |d| d.value.abs() as f32);
+    let distances = points.par_iter().map(distance).collect();
+    let labels = motions.iter().map(|m| if m.is_some() { MEASURED } else { INFERRED }).collect();
+    Merged { mesh: Mesh { points, normals: vec![], triangles: fitted.triangles.clone() }, labels, distances }
+}
+
+fn motion(point: &Point, normal: &Vector, scan: &Surface, limits: &Limits) -> Option<Vector> {
+    let found = scan.distance(point, limits.motion)?;
+    let scan_normal = found.normal.try_normalize(0.0)?;
+    if scan_normal.dot(normal) < 0.5 {
+        return None;
+    }
+    let motion = found.closest - point;
+    match limits.sideways {
+        None => (!found.on_border).then_some(motion),
+        Some(limit) => {
+            let height = scan_normal * motion.dot(&scan_normal);
+            ((motion - height).norm() <= limit).then_some(height)
+        }
+    }
+}
+
+/// Carries the motions over the seam: each unmeasured vertex takes the mean of its neighbours, a little less.
+fn fade(mesh: &Mesh, motions: &[Option<Vector>]) -> Vec<Vector> {
+    let mut current: Vec<Vector> = motions.iter().map(|m| m.unwrap_or_else(Vector::zeros)).collect();
+    let mut reached: Vec<bool> = motions.iter().map(Option::is_some).collect();
+    for _ in 0..RINGS {
+        let mut sums = vec![(Vector::zeros(), 0.0f64); current.len()];
+        for triangle in &mesh.triangles {
+            for i in 0..3 {
+                let (to, from) = (triangle[i] as usize, triangle[(i + 1) % 3] as usize);
+                for (to, from) in [(to, from), (from, to)] {
+                    if motions[to].is_none() && reached[from] {
+                        sums[to].0 += current[from];
+                        sums[to].1 += 1.0;
+                    }
+                }
+            }
+        }
+        for (i, (sum, count)) in sums.into_iter().enumerate() {
+            if count > 0.0 {
+                current[i] = sum / count * FADE;
+                reached[i] = true;
+            }
+        }
+    }
+    // What the last ring would still carry ends softly: beyond it the motion is FADE^RINGS, about a sixth.
+    current
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A flat strip from x = 0 to `length` at height z.
+    fn strip(length: usize, z: f64) -> Mesh {
+        let points = (0..=length).flat_map(|x| [0.0, 1.0].map(|y| Point::new(x as f64, y, z))).collect();
+        let quad = |x: usize| {
+            let a = 2 * x as u32;
+            [[a, a + 2, a + 3], [a, a + 3, a + 1]]
+        };
+        Mesh { points, normals: vec![], triangles: (0..length).flat_map(quad).collect() }
+    }
+
+    #[test]
+    fn measured_vertices_lie_on_the_scan_and_the_motion_fades() {
+        let scan = Surface::new(&strip(10, 0.4)).unwrap();
+        let mut fitted = strip(40, 0.0);
+        fitted.points.iter_mut().for_each(|p| p.y = 0.25 + p.y / 2.0);
+        let merged = merge(&fitted, &scan, &Limits { motion: 1.0, sideways: None });
+        let height = |x: usize| merged.mesh.points[2 * x].z;
+        assert_eq!((merged.labels[2 * 5], height(5)), (MEASURED, 0.4));
+        assert_eq!(merged.labels[2 * 12], INFERRED);
+        assert!(height(11) > 0.3 && height(11) < 0.4 && height(40) < 0.1);
+        assert!((0..40).all(|x| height(x) >= height(x + 1) - 1e-12));
+        assert!((merged.distances[2 * 20] - 10.0).abs() < 0.2);
+    }
+}

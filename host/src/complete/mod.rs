@@ -1,0 +1,224 @@
+//! Completion: a scan and a model become one mesh.
+//!
+//! scan → pose → hull → global fit → local fit → surface, in this order, each step in its own module.
+
+pub mod clean;
+pub mod fuse;
+pub mod merge;
+pub mod picture;
+pub mod verdict;
+
+use crate::fit::{Fit, fit};
+use crate::mesh::{Mesh, Point};
+use crate::points::OrientedPoints;
+use crate::register::{self, Placed, Registration, prepare};
+use crate::train::distance::Surface;
+use fuse::Dense;
+use lacuna::{Arithmetic, Model, Reach, Schedule, sample};
+use merge::{Limits, MEASURED, Merged};
+use verdict::{Grade, Verdict};
+
+/// What a user can choose.
+#[derive(Clone, Copy, Debug)]
+pub struct Options<'a> {
+    /// A pose that is known roughly, or exactly; searched for without a hint if not given.
+    pub hint: Hint,
+    /// Seed of the search.
+    pub seed: u64,
+    /// Iterations of the local fit.
+    pub schedule: Schedule<'a>,
+    /// How much finer than the model's grid the surface is extracted.
+    pub finer: usize,
+}
+
+/// What is known of the pose beforehand.
+#[derive(Clone, Copy, Debug)]
+pub enum Hint {
+    /// Nothing.
+    None,
+    /// Roughly: refined from there.
+    Rough(Placed),
+    /// Exactly: taken as it is.
+    Exact(Placed),
+}
+
+/// A completed scan. All meshes are in the scan's frame.
+pub struct Completion {
+    /// The scan as it was used: without specks.
+    pub scan: Mesh,
+    /// Triangles left out of it as specks.
+    pub specks: usize,
+    /// Where the scan lies in the model.
+    pub placed: Placed,
+    /// Surface of the global fit.
+    pub global: Mesh,
+    /// Surface of the local fit.
+    pub local: Mesh,
+    /// Scan and local fit in one mesh.
+    pub merged: Merged,
+    /// Results of the core.
+    pub fit: Fit,
+    /// Judgement.
+    pub verdict: Verdict,
+}
+
+/// Why a scan cannot be completed.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The pose.
+    #[error(transparent)]
+    Register(#[from] register::Error),
+    /// The fit.
+    #[error("the fit was refused: {0:?}")]
+    Fit(lacuna::Error),
+    /// No surface.
+    #[error("{0}")]
+    NoSurface(&'static str),
+}
+
+/// Hull points are this far apart, voxels.
+const HULL_CELL: f64 = 0.4;
+/// Points farther than this from the jointly fitted surface are clutter, class millimetres.
+const CLUTTER: f32 = 8.0;
+/// Farthest motion of the fitted surface onto the scan, class millimetres.
+const MOTION: f64 = 4.0;
+
+/// Completes a scan in the arithmetic `A`.
+///
+/// # Errors
+/// A scan that does not fit the model, or leaves no surface.
+pub fn complete<A: Arithmetic>(model: &Model<'_>, scan: &Mesh, options: &Options<'_>) -> Result<Completion, Error> {
+    let (scan, specks) = clean::clean(scan);
+    let measured = scan_surface(&scan, model)?;
+    let registration = place(model, &scan, options)?;
+    let placed = registration.placed;
+    let points = hull_points(model, &scan, &registration);
+    let fit = fit::<A>(model, &points, &placed.pose, Reach::of(model), options.schedule).map_err(Error::Fit)?;
+    let centred = Placed { centre: Point::origin(), ..placed };
+    let mut field = Dense::new(model, &fit.local_distances);
+    let agreement = agreement(&field, &points, &centred, model);
+    let global = Dense::new(model, &fit.global_distances).surface(&placed, 1);
+    let local = field.surface(&placed, 1);
+    let positions: Vec<Point> = points.points.iter().map(|p| p + placed.centre.coords).collect();
+    field.extend(model, &measured.surface, &placed, &positions);
+    let fitted = field.surface(&placed, options.finer);
+    if fitted.triangles.is_empty() {
+        return Err(Error::NoSurface("the fitted distances have no zero level: the scan does not match the model"));
+    }
+    let unit = class_millimetre(model, &placed);
+    let limits = Limits { motion: MOTION * unit, sideways: measured.sideways };
+    let merged = merge::merge(&fitted, &measured.surface, &limits);
+    let verdict = judge(model, &registration, &fit, &merged, agreement);
+    Ok(Completion { scan, specks, placed, global, local, merged, fit, verdict })
+}
+
+/// The scan for closest point queries.
+struct Measured {
+    surface: Surface,
+    sideways: Option<f64>,
+}
+
+/// A mesh as it is; a cloud as one small triangle a point.
+fn scan_surface(scan: &Mesh, model: &Model<'_>) -> Result<Measured, Error> {
+    if !scan.triangles.is_empty() {
+        let surface = Surface::new(scan).ok_or(Error::NoSurface("the scan's triangles have no area"))?;
+        return Ok(Measured { surface, sideways: None });
+    }
+    let cell = 0.3 * f64::from(model.header().spacing);
+    let surfels = surfels(&crate::points::thin(scan, cell), cell);
+    let surface = Surface::new(&surfels).ok_or(Error::NoSurface("the scan has no oriented points"))?;
+    Ok(Measured { surface, sideways: Some(1.5 * cell) })
+}
+
+fn surfels(points: &OrientedPoints, size: f64) -> Mesh {
+    let mut mesh = Mesh::default();
+    for (point, normal) in points.points.iter().zip(&points.normals) {
+        let first = mesh.points.len() as u32;
+        let across = nalgebra::Vector3::ith(normal.iamin(), 1.0).cross(normal).normalize() * size;
+        let along = normal.cross(&across);
+        mesh.points.extend([point + across, point - across * 0.5 + along * 0.8, point - across * 0.5 - along * 0.8]);
+        mesh.triangles.push([first, first + 1, first + 2]);
+    }
+    mesh
+}
+
+fn place(model: &Model<'_>, scan: &Mesh, options: &Options<'_>) -> Result<Registration, Error> {
+    match &options.hint {
+        Hint::None => Ok(register::register(model, scan, options.seed)?),
+        Hint::Rough(hint) => Ok(register::refine_hint(model, scan, hint)?),
+        Hint::Exact(placed) => Ok(register::assess(model, scan, placed)),
+    }
+}
+
+/// Thinned points for the hull, centred; clutter is left out.
+fn hull_points(model: &Model<'_>, scan: &Mesh, registration: &Registration) -> OrientedPoints {
+    let Placed { centre, pose } = registration.placed;
+    let (found, points) = prepare(scan, HULL_CELL / f64::from(pose.scale));
+    let shift = found - centre;
+    let reach = CLUTTER * model.header().scales.millimetre;
+    let mut kept = OrientedPoints::default();
+    for (point, normal) in points.points.iter().zip(&points.normals) {
+        let point = point + shift;
+        let q = pose.apply(point.coords.map(|c| c as f32).into());
+        let clutter = sample::band(model, q, &registration.weights, None).is_some_and(|(d, gradient)| {
+            let steepness = gradient.iter().map(|g| g * g).sum::<f32>().sqrt().max(0.3);
+            d.abs() > reach * steepness
+        });
+        if !clutter {
+            kept.points.push(point);
+            kept.normals.push(*normal);
+        }
+    }
+    kept
+}
+
+/// One class millimetre in the scan's unit.
+fn class_millimetre(model: &Model<'_>, placed: &Placed) -> f64 {
+    f64::from(model.header().scales.millimetre) / f64::from(placed.pose.scale)
+}
+
+/// Inlier share and root mean square distance of the points from the fitted surface, in voxels.
+fn agreement(field: &Dense, points: &OrientedPoints, placed: &Placed, model: &Model<'_>) -> (f64, f64) {
+    let reach = 2.0 * f64::from(model.header().scales.millimetre);
+    let (mut inliers, mut squares) = (0usize, 0.0);
+    for point in &points.points {
+        if let Some((d, gradient)) = field.at(&placed.to_model(point)) {
+            let r = d / gradient.norm().max(0.3);
+            if r.abs() <= reach {
+                inliers += 1;
+                squares += r * r;
+            }
+        }
+    }
+    (inliers as f64 / points.points.len().max(1) as f64, (squares / inliers.max(1) as f64).sqrt())
+}
+
+fn judge(
+    model: &Model<'_>,
+    registration: &Registration,
+    fit: &Fit,
+    merged: &Merged,
+    (inlier_share, rms_voxels): (f64, f64),
+) -> Verdict {
+    let (mut inferred, mut total) = (0.0, 0.0);
+    for (t, corners) in merged.mesh.triangles.iter().enumerate() {
+        let [a, b, c] = merged.mesh.corners(t);
+        let area = (b - a).cross(&(c - a)).norm() / 2.0;
+        total += area;
+        inferred += area * corners.iter().filter(|&&v| merged.labels[v as usize] != MEASURED).count() as f64 / 3.0;
+    }
+    let placed = &registration.placed;
+    let squares: f64 = fit.global.iter().map(|w| w * w).sum();
+    Verdict {
+        grade: Grade::Good,
+        reasons: Vec::new(),
+        inlier_share,
+        seen_rms: rms_voxels / f64::from(placed.pose.scale),
+        inferred_share: inferred / f64::max(total, f64::MIN_POSITIVE),
+        inferred_area: inferred,
+        weight_norm: (squares / fit.global.len().max(1) as f64).sqrt(),
+        scale: 1.0 / (f64::from(placed.pose.scale) * f64::from(model.header().spacing)),
+        pose_inliers: [registration.inliers, registration.runner_up],
+    }
+    .judged(class_millimetre(model, placed))
+}

@@ -1,0 +1,99 @@
+//! Whether a completion can be trusted, in numbers and in a word.
+
+use serde::Serialize;
+
+/// An overall judgement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Grade {
+    /// As expected for a scan of the class.
+    Good,
+    /// Something is unusual: look at the picture.
+    Check,
+    /// Not to be used.
+    Reject,
+}
+
+/// What a completion is judged by. Lengths are in the scan's unit, limits in class millimetres.
+#[derive(Clone, Debug, Serialize)]
+pub struct Verdict {
+    /// The judgement.
+    pub grade: Grade,
+    /// Why it is not better.
+    pub reasons: Vec<String>,
+    /// Share of the scan's points within two class millimetres of the fitted surface.
+    pub inlier_share: f64,
+    /// Root mean square distance of those points from the fitted surface before it is moved onto the scan.
+    pub seen_rms: f64,
+    /// Share of the completed surface that was inferred, by area.
+    pub inferred_share: f64,
+    /// Inferred area.
+    pub inferred_area: f64,
+    /// Root mean square of the global weights, standard deviations: about 1 for a typical shape.
+    pub weight_norm: f64,
+    /// Scan units a model unit: 1 for a scan in true size.
+    pub scale: f64,
+    /// Inlier share of the pose, and of the next best pose that was tried.
+    pub pose_inliers: [f64; 2],
+}
+
+impl Verdict {
+    /// Fills in grade and reasons; `millimetre` is one class millimetre in the scan's unit.
+    pub fn judged(mut self, millimetre: f64) -> Self {
+        let mut grade = Grade::Good;
+        let mut reasons = Vec::new();
+        let mut find = |found: bool, worse: Grade, reason: String| {
+            if found {
+                reasons.push(reason);
+                grade = if grade == Grade::Reject { grade } else { worse };
+            }
+        };
+        let percent = |share: f64| format!("{:.0} %", 100.0 * share);
+        let (inliers, rms) = (self.inlier_share, self.seen_rms / millimetre);
+        let explained = || format!("only {} of the scan lies on the fitted surface", percent(inliers));
+        find(inliers < 0.5, Grade::Reject, format!("{}: another kind of object, or a wrong pose", explained()));
+        find((0.5..0.85).contains(&inliers), Grade::Check, format!("{}: clutter, or unlike the class", explained()));
+        find(rms > 1.0, Grade::Check, format!("the fit misses the measured surface by {:.2} rms", self.seen_rms));
+        find(self.weight_norm > 4.0, Grade::Reject, format!("the shape is {:.1} deviations off the class", self.weight_norm));
+        find(
+            (2.0..=4.0).contains(&self.weight_norm),
+            Grade::Check,
+            format!("the shape is {:.1} deviations off the class", self.weight_norm),
+        );
+        find(self.inferred_share > 0.8, Grade::Check, format!("{} of the surface is inferred", percent(self.inferred_share)));
+        let odd_scale = !(0.75..1.34).contains(&self.scale);
+        find(odd_scale, Grade::Check, format!("the scan is {:.2} times the size of the class: is the unit right?", self.scale));
+        (self.grade, self.reasons) = (grade, reasons);
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn typical() -> Verdict {
+        Verdict {
+            grade: Grade::Reject,
+            reasons: vec![],
+            inlier_share: 0.97,
+            seen_rms: 0.2,
+            inferred_share: 0.5,
+            inferred_area: 1.0,
+            weight_norm: 1.1,
+            scale: 1.0,
+            pose_inliers: [0.9, 0.4],
+        }
+    }
+
+    #[test]
+    fn a_typical_scan_is_good_and_every_oddity_is_named() {
+        assert_eq!(typical().judged(1.0).grade, Grade::Good);
+        let other = Verdict { inlier_share: 0.3, ..typical() }.judged(1.0);
+        assert_eq!((other.grade, other.reasons.len()), (Grade::Reject, 1));
+        let odd = Verdict { inlier_share: 0.7, seen_rms: 2.0, scale: 2.0, inferred_share: 0.9, ..typical() };
+        assert_eq!(odd.judged(1.0).reasons.len(), 4);
+        let strange = Verdict { inlier_share: 0.3, weight_norm: 3.0, ..typical() }.judged(1.0);
+        assert_eq!((strange.grade, strange.reasons.len()), (Grade::Reject, 2));
+    }
+}
