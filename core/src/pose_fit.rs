@@ -8,7 +8,7 @@
 //! w   = 1 / (1 + (r / c)²)   where q is on the support and |r| < max(15 mm, 2 c), else 0
 //! row = [ b'(q) / γ | q~ × n | n | q~·n - r ]      the last entry is the residual in scan units: it stops
 //!                                                   the shrinking
-//! (Jᵀ W J + diag(λ I, 0) + 10⁻⁶ Σw) x = -(Jᵀ W r + [λ v; 0]),   λ = 0.001 Σw
+//! (Jᵀ W J + diag(λ I, 0) + 10⁻⁶ Σw) x = -(Jᵀ W r + [λ v; 0]),   λ = 0.001 Σw mm²
 //! ```
 //!
 //! Steps are limited to 0.15 rad, 5 % and 8 mm. The rigid iterations use the far field where the band is
@@ -216,8 +216,10 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         }
         let Some((matrix, rest)) = self.buffers.normal.split_at_mut_checked(packed(unknowns)) else { return };
         let Some(vector) = rest.get_mut(..unknowns) else { return };
+        let millimetre = f64::from(self.model.header().scales.millimetre);
+        let prior = 1e-3 * total * millimetre * millimetre;
         for i in 0..unknowns {
-            let ridge = if i < modes { 1e-3 * total } else { 0.0 };
+            let ridge = if i < modes { prior } else { 0.0 };
             let weight = self.buffers.weights.get(i).copied().filter(|_| i < modes).unwrap_or(0.0);
             let fixed = if i + 1 == unknowns && !round.growth { 1e12 * total } else { 0.0 };
             if let (Some(diagonal), Some(value)) = (matrix.get_mut(packed(i) + i), vector.get_mut(i)) {

@@ -13,6 +13,7 @@ use crate::mesh::{Point, Vector};
 use nabo::{KDTree, NotNan};
 use nalgebra::{Matrix3, SymmetricEigen};
 use rayon::prelude::*;
+use std::collections::HashMap;
 
 /// Points in a neighbourhood, its centre included.
 const FEW: u32 = 16;
@@ -24,8 +25,14 @@ const REACH: f64 = 3.0;
 const NARROW: f64 = 1e-6;
 /// Steps of the rounded coordinates in a unit.
 const STEPS: f64 = (1u64 << 48) as f64;
+/// Edge of the cubes whose centroids tell outside from inside, in half extents of the cloud.
+const CUBE: f64 = 0.125;
 /// A vote on the side of a piece counts from this height over the centroid, in half extents of the cloud.
 const LEVEL: f64 = 1e-9;
+/// Mean normals longer than this are those of a view from one side: a hemisphere has 1/2, a plane 1.
+const ONE_SIDED: f64 = 0.65;
+/// A piece with less of its mean normal along the view decides by itself.
+const CLEARLY: f64 = 0.2;
 
 /// Unit normals of a cloud, one a point, in the order of `points`; any unit, any position.
 ///
@@ -33,9 +40,11 @@ const LEVEL: f64 = 1e-9;
 /// neighbours are all on a line. Copies of a point get the same normal.
 ///
 /// Each connected piece is turned as a whole so that at most of its points the normal leads away from the
-/// piece's centroid, n·(p − c) > 0. This is right for closed surfaces and for what a range scanner sees of a
-/// body that bulges towards it; it is wrong for a piece that is mostly hollow, such as the inside of a bowl.
-/// A flat piece has no such side; there, the largest component of the sum of normals is positive.
+/// centroid c of the piece's part nearby (within a tenth or so of the cloud's extent), n·(p − c) > 0. This is
+/// right for closed surfaces and for what a range scanner sees of a body that bulges towards it, bent limbs
+/// included; it is wrong for a piece that is mostly hollow, such as the inside of a bowl. A flat piece has no
+/// such side; there, the largest component of the sum of normals is positive. Where the largest piece is seen
+/// from one side only, as in a single scan, the smaller ones are turned to the same side.
 ///
 /// The result does not depend on the number of threads, nor on the order of the points.
 pub fn estimate(points: &[Point]) -> Vec<Vector> {
@@ -158,36 +167,74 @@ fn edges(pieces: &[Vec<u32>], normals: &[Vector]) -> Vec<(u64, u32, u32)> {
     edges
 }
 
-/// Turns each piece so that most of its normals lead away from its centroid.
+/// Turns each piece outwards, by the rules of [`estimate`].
 fn turn_outwards(places: &[Point], roots: &[usize], normals: &mut [Vector]) {
-    let mut sums = vec![Sums::default(); places.len()];
-    for ((place, normal), &root) in places.iter().zip(&*normals).zip(roots) {
-        sums[root].count += 1.0;
-        sums[root].position += place.coords;
-        sums[root].normal += normal;
-    }
-    for ((place, normal), &root) in places.iter().zip(&*normals).zip(roots) {
-        let height = normal.dot(&(place.coords - sums[root].position / sums[root].count));
-        sums[root].votes += i64::from(height > LEVEL) - i64::from(height < -LEVEL);
-    }
-    for (normal, &root) in normals.iter_mut().zip(roots) {
-        *normal *= if sums[root].inward() { -1.0 } else { 1.0 };
-    }
+    let pieces = census(places, roots, normals);
+    let largest = pieces.iter().max_by(|a, b| a.count.total_cmp(&b.count)).cloned().unwrap_or_default();
+    let view =
+        if largest.mean().norm() > ONE_SIDED { largest.mean() * largest.sign() } else { Vector::zeros() };
+    let sign = |piece: &Piece| {
+        let towards_view = piece.mean().dot(&view);
+        if towards_view.abs() > CLEARLY { towards_view.signum() } else { piece.sign() }
+    };
+    let signs: Vec<f64> = pieces.iter().map(sign).collect();
+    normals.iter_mut().zip(roots).for_each(|(normal, &root)| *normal *= signs[root]);
 }
 
-/// What is counted over a piece.
+/// What is counted over a connected piece of surface.
 #[derive(Clone, Default)]
-struct Sums {
+struct Piece {
     count: f64,
-    position: Vector,
-    normal: Vector,
+    normals: Vector,
     votes: i64,
 }
 
-impl Sums {
-    fn inward(&self) -> bool {
-        self.votes < 0 || (self.votes == 0 && self.normal[self.normal.iamax()] < 0.0)
+impl Piece {
+    fn mean(&self) -> Vector {
+        self.normals / self.count.max(1.0)
     }
+
+    fn sign(&self) -> f64 {
+        let side = self.normals[self.normals.iamax()];
+        if self.votes < 0 || (self.votes == 0 && side < 0.0) { -1.0 } else { 1.0 }
+    }
+}
+
+/// The pieces, each at the index of its root.
+fn census(places: &[Point], roots: &[usize], normals: &[Vector]) -> Vec<Piece> {
+    let centroids = nearby_centroids(places, roots);
+    let mut pieces = vec![Piece::default(); places.len()];
+    for ((place, normal), &root) in places.iter().zip(normals).zip(roots) {
+        let height = normal.dot(&(place.coords - centroids[&(root, cube(place))]));
+        let piece = &mut pieces[root];
+        piece.count += 1.0;
+        piece.normals += normal;
+        piece.votes += i64::from(height > LEVEL) - i64::from(height < -LEVEL);
+    }
+    pieces
+}
+
+/// A cube of space, one of a piece's.
+type Cube = (usize, [i64; 3]);
+
+fn cube(place: &Point) -> [i64; 3] {
+    place.coords.map(|c| (c / CUBE).floor() as i64).into()
+}
+
+/// For each cube of a piece, the centroid of what the piece has in the 27 cubes around it.
+fn nearby_centroids(places: &[Point], roots: &[usize]) -> HashMap<Cube, Vector> {
+    let mut sums: HashMap<Cube, (f64, Vector)> = HashMap::new();
+    for (place, &root) in places.iter().zip(roots) {
+        let sum = sums.entry((root, cube(place))).or_default();
+        *sum = (sum.0 + 1.0, sum.1 + place.coords);
+    }
+    let around = |&(root, [x, y, z]): &Cube| {
+        let cubes = (0..27).map(|i| (root, [x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1]));
+        let add = |sum: (f64, Vector), near: &(f64, Vector)| (sum.0 + near.0, sum.1 + near.1);
+        let (count, sum) = cubes.filter_map(|c| sums.get(&c)).fold((0.0, Vector::zeros()), add);
+        sum / count
+    };
+    sums.keys().map(|cube| (*cube, around(cube))).collect()
 }
 
 /// Disjoint sets in which each member knows whether its normal opposes that of its parent. Joined along the
@@ -317,6 +364,30 @@ mod tests {
         two.extend(sphere(3000).iter().map(|p| p + Vector::new(5.0, 0.0, 0.0)));
         let centre = |p: &Point| Vector::new(if p.x > 2.0 { 5.0 } else { 0.0 }, 0.0, 0.0);
         assert!(estimate(&two).iter().zip(&two).all(|(n, p)| n.dot(&(p.coords - centre(p))) > 0.9));
+    }
+
+    #[test]
+    fn a_bent_limb_seen_from_its_hollow_side_faces_the_viewer() {
+        // The upper half of a tube of radius 0.1 whose axis runs along an arc of radius 2 that sags.
+        let at = |i: usize| {
+            let (sin, cos) = ((i % 40) as f64 * 0.078 + 0.05).sin_cos();
+            let (along, down) = ((i / 40) as f64 * 0.008 - 1.0).sin_cos();
+            let reach = 2.0 - 0.1 * sin;
+            (Point::new(reach * along, 0.1 * cos, -reach * down), Vector::new(-sin * along, cos, sin * down))
+        };
+        let (limb, truth): (Vec<Point>, Vec<Vector>) = (0..10_000).map(at).unzip();
+        assert!(estimate(&limb).iter().zip(&truth).all(|(n, t)| n.dot(t) > 0.9));
+    }
+
+    #[test]
+    fn small_pieces_of_a_view_face_the_same_way_as_the_large_one() {
+        let mut view = sheet(|x, y| -0.4 * (x * x + y * y));
+        view.extend(
+            (0..100).map(|i| Point::new(1.4 + 0.01 * f64::from(i % 10), 0.01 * f64::from(i / 10), 0.0)),
+        );
+        let hollow = |p: &mut Point| p.z += 2.0 * ((p.x - 1.45).powi(2) + (p.y - 0.05).powi(2));
+        view[10_000..].iter_mut().for_each(hollow);
+        assert!(estimate(&view).iter().all(|n| n.z > 0.5));
     }
 
     #[test]

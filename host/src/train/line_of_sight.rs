@@ -174,7 +174,8 @@ fn directions() -> [Vector; 12] {
     std::array::from_fn(|i| {
         let sign = |bit: usize| if i & bit == 0 { 1.0 } else { -1.0 };
         let (short, long) = (sign(1), sign(2) * golden);
-        let corner = [Vector::new(0.0, short, long), Vector::new(short, long, 0.0), Vector::new(long, 0.0, short)];
+        let corner =
+            [Vector::new(0.0, short, long), Vector::new(short, long, 0.0), Vector::new(long, 0.0, short)];
         (turn * corner[i / 4]).normalize()
     })
 }

@@ -43,7 +43,8 @@ pub fn propagate(values: &mut [f32], sides: [usize; 3]) {
 /// If `values` does not have the length that `sides` tells, or has 2^31 elements or more.
 pub fn sources(values: &[f32], sides: [usize; 3]) -> Vec<u32> {
     let mut sources = Field::new(values, sides).sources;
-    let unmark = |source: &mut u32| *source = if *source == NO_SOURCE { NO_SOURCE } else { *source & !NEGATIVE };
+    let unmark =
+        |source: &mut u32| *source = if *source == NO_SOURCE { NO_SOURCE } else { *source & !NEGATIVE };
     sources.par_iter_mut().with_min_len(4096).for_each(unmark);
     sources
 }
@@ -67,7 +68,8 @@ impl Field {
         }
         let [width, height, depth] = sides;
         let scratch = || Scratch::new(width.max(height).max(depth));
-        let slices = field.costs.par_chunks_mut(width * height).zip(field.sources.par_chunks_mut(width * height));
+        let slices =
+            field.costs.par_chunks_mut(width * height).zip(field.sources.par_chunks_mut(width * height));
         slices.enumerate().for_each_init(scratch, |scratch, (z, (costs, sources))| {
             let first = z * width * height;
             let mut rows: Vec<Row<'_>> = costs.chunks_mut(width).zip(sources.chunks_mut(width)).collect();
@@ -244,7 +246,8 @@ mod tests {
             for (i, &value) in after.iter().enumerate() {
                 let cost = |j: &usize| squared(sides, i, *j) + before[*j].powi(2);
                 let best = known.iter().min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap();
-                let expected = if before[i].is_nan() { cost(best).sqrt().copysign(before[*best]) } else { before[i] };
+                let expected =
+                    if before[i].is_nan() { cost(best).sqrt().copysign(before[*best]) } else { before[i] };
                 assert!((value - expected).abs() < 1e-4, "{sides:?} {i}: {value} for {expected}");
             }
         }
@@ -260,25 +263,29 @@ mod tests {
     }
 
     #[test]
-    #[ignore = "takes the time"]
-    fn speed() {
-        let side = 100;
+    fn a_ball_seen_from_its_surface_is_exact_to_the_voxel() {
+        let sides = [24; 3];
         let distance = |i: usize| {
-            let [x, y, z] = place([side; 3], i).map(|v| v as f32 - 49.5);
-            x.hypot(y).hypot(z) - 35.0
+            let [x, y, z] = place(sides, i).map(|v| v as f32 - 11.5);
+            (x * x + y * y + z * z).sqrt() - 7.0
         };
-        for reach in [1.0, 3.0] {
-            let known = |i| Some(distance(i)).filter(|d| d.abs() < reach).unwrap_or(f32::NAN);
-            let before: Vec<f32> = (0..side.pow(3)).map(known).collect();
-            for _ in 0..8 {
-                let mut values = before.clone();
-                let start = std::time::Instant::now();
-                propagate(&mut values, [side; 3]);
-                let mid = start.elapsed();
-                let s = sources(&before, [side; 3]);
-                eprintln!("{reach}: {mid:?} {:?} {}", start.elapsed() - mid, s[0]);
-            }
-        }
+        let near = |i| Some(distance(i)).filter(|d| d.abs() < 0.9).unwrap_or(f32::NAN);
+        let mut values: Vec<f32> = (0..24 * 24 * 24).map(near).collect();
+        propagate(&mut values, sides);
+        assert!(values.iter().enumerate().all(|(i, value)| (value - distance(i)).abs() < 1.0));
+        assert!(values.iter().enumerate().all(|(i, value)| (*value < 0.0) == (distance(i) < 0.0)));
+    }
+
+    #[test]
+    fn threads_do_not_matter() {
+        let mut random = random();
+        let draw = |_| if random() < 0.1 { (4.0 * random()).floor() - 2.0 } else { f32::NAN };
+        let values: Vec<f32> = (0..30 * 20 * 10).map(draw).collect();
+        let with = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| sources(&values, [30, 20, 10]))
+        };
+        assert_eq!(with(1), with(3));
     }
 
     #[test]
