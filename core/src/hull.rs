@@ -31,11 +31,11 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// The reach a model was made for, one voxel sideways.
+    /// The reach a model was made for, 0.7 voxels sideways.
     pub fn of(model: &Model<'_>) -> Self {
         let scales = &model.header().scales;
         let units = |voxels: f32| (voxels * ONE) as u16;
-        Self { front: units(scales.front), behind: units(scales.behind), lateral: 256 }
+        Self { front: units(scales.front), behind: units(scales.behind), lateral: 180 }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Distances of a scan in a thin hull along the lines of sight ([CL96] in section 3.2).
+//! Distances of a scan in a thin hull along the lines of sight (CL96 in section 3.2).
 //!
 //! A point claims the voxels along its normal: up to `front` on both sides of its tangent plane, up to
 //! `lateral` beside its normal. The nearest of all points that claim a voxel gives the distance, which is

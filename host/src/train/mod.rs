@@ -58,8 +58,8 @@ impl Default for Settings {
             modes: 127,
             stride: None,
             unit: Unit::Millimetre,
-            band: [3.4, 3.6],
-            spread: 1.65,
+            band: [1.8, 2.0],
+            spread: 2.05,
             distances: Distances::Exact,
             border_share: 0.75,
         }
@@ -257,8 +257,8 @@ impl Plan {
             explained: pca.explained as f32,
             scales: Scales {
                 millimetre: u,
-                front: (10.0 * u).clamp(0.5, 7.5),
-                behind: 1.0,
+                front: (6.5 * u).clamp(1.0, 7.5),
+                behind: (2.0 * u).clamp(0.6, 7.5),
                 global_ridge: 0.01 * u * u,
                 local_ridge: 10.0 * u * u,
                 voxel_ridge: 0.02 * u * u,

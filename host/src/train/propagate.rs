@@ -27,9 +27,8 @@ const TILE: usize = 16;
 /// # Panics
 /// If `values` does not have the length that `sides` tells, or has 2^31 elements or more.
 pub fn propagate(values: &mut [f32], sides: [usize; 3]) {
-    let field = Field::new(values, sides);
-    let found = field.costs.par_iter().zip(&field.sources);
-    values.par_iter_mut().zip(found).with_min_len(4096).for_each(|(value, (cost, &source))| {
+    let found = transform(values, sides);
+    values.par_iter_mut().zip(&found).with_min_len(4096).for_each(|(value, &(cost, source))| {
         if value.is_nan() && source != NO_SOURCE {
             *value = if source & NEGATIVE == 0 { cost.sqrt() } else { -cost.sqrt() };
         }
@@ -42,78 +41,75 @@ pub fn propagate(values: &mut [f32], sides: [usize; 3]) {
 /// # Panics
 /// If `values` does not have the length that `sides` tells, or has 2^31 elements or more.
 pub fn sources(values: &[f32], sides: [usize; 3]) -> Vec<u32> {
-    let mut sources = Field::new(values, sides).sources;
-    let unmark =
-        |source: &mut u32| *source = if *source == NO_SOURCE { NO_SOURCE } else { *source & !NEGATIVE };
-    sources.par_iter_mut().with_min_len(4096).for_each(unmark);
-    sources
+    let unmarked = |&(_, source): &Sample| if source == NO_SOURCE { source } else { source & !NEGATIVE };
+    transform(values, sides).par_iter().with_min_len(4096).map(unmarked).collect()
 }
 
-/// Least cost and its source, marked by its sign, at every voxel.
-struct Field {
-    costs: Vec<f32>,
-    sources: Vec<u32>,
-}
+/// Least cost and its source, marked by its sign.
+type Sample = (f32, u32);
 
-/// One row of each array.
-type Row<'a> = (&'a mut [f32], &'a mut [u32]);
-
-impl Field {
-    fn new(values: &[f32], sides: [usize; 3]) -> Self {
-        assert_eq!(values.len(), sides.iter().product::<usize>(), "one value a voxel");
-        assert!(values.len() < NEGATIVE as usize, "at most 2^31 - 1 voxels");
-        let mut field = Self { costs: vec![0.0; values.len()], sources: vec![0; values.len()] };
-        if values.is_empty() {
-            return field;
-        }
-        let [width, height, depth] = sides;
-        let scratch = || Scratch::new(width.max(height).max(depth));
-        let slices =
-            field.costs.par_chunks_mut(width * height).zip(field.sources.par_chunks_mut(width * height));
-        slices.enumerate().for_each_init(scratch, |scratch, (z, (costs, sources))| {
-            let first = z * width * height;
-            let mut rows: Vec<Row<'_>> = costs.chunks_mut(width).zip(sources.chunks_mut(width)).collect();
-            for (y, row) in rows.iter_mut().enumerate() {
-                let start = first + y * width;
-                scratch.envelope.row(&values[start..start + width], start as u32, row);
-            }
-            scratch.across(&mut rows);
-        });
-        let mut sheets: Vec<Vec<Row<'_>>> = (0..height).map(|_| Vec::with_capacity(depth)).collect();
-        let rows = field.costs.chunks_mut(width).zip(field.sources.chunks_mut(width));
-        rows.enumerate().for_each(|(i, row)| sheets[i % height].push(row));
-        sheets.par_iter_mut().for_each_init(scratch, |scratch, rows| scratch.across(rows));
-        field
+fn transform(values: &[f32], sides: [usize; 3]) -> Vec<Sample> {
+    assert_eq!(values.len(), sides.iter().product::<usize>(), "one value a voxel");
+    assert!(values.len() < NEGATIVE as usize, "at most 2^31 - 1 voxels");
+    let mut samples = vec![(0.0, 0); values.len()];
+    if values.is_empty() {
+        return samples;
     }
+    let [width, height, depth] = sides;
+    let slice = width * height;
+    let scratch = || Scratch::new(width.max(height).max(depth));
+    samples.par_chunks_mut(slice).enumerate().for_each_init(scratch, |scratch, (z, samples)| {
+        let mut rows: Vec<&mut [Sample]> = samples.chunks_mut(width).collect();
+        for (row, start) in rows.iter_mut().zip((z * slice..).step_by(width)) {
+            scratch.along(&values[start..start + width], start as u32, row);
+        }
+        scratch.across(&mut rows);
+    });
+    let mut sheets: Vec<Vec<&mut [Sample]>> = (0..height).map(|_| Vec::with_capacity(depth)).collect();
+    samples.chunks_mut(width).enumerate().for_each(|(i, row)| sheets[i % height].push(row));
+    sheets.par_iter_mut().for_each_init(scratch, |scratch, rows| scratch.across(rows));
+    samples
+}
+
+/// Cost and source of a voxel by itself.
+fn sample((value, place): (&f32, u32)) -> Sample {
+    let mark = if value.is_sign_negative() { NEGATIVE } else { 0 };
+    if value.is_nan() { (0.0, NO_SOURCE) } else { (value * value, place | mark) }
 }
 
 /// What a thread needs for itself: an envelope, and a tile of columns as rows of `TILE`.
 struct Scratch {
     envelope: Envelope,
-    costs: Vec<[f32; TILE]>,
-    sources: Vec<[u32; TILE]>,
+    tile: Vec<[Sample; TILE]>,
 }
 
 impl Scratch {
     fn new(longest: usize) -> Self {
-        let (costs, sources) = (vec![[0.0; TILE]; longest], vec![[0; TILE]; longest]);
-        Self { envelope: Envelope::new(longest), costs, sources }
+        Self { envelope: Envelope::new(longest), tile: vec![[(0.0, 0); TILE]; longest] }
+    }
+
+    /// Minimises along a row of values, the first of which is at place `start`.
+    fn along(&mut self, values: &[f32], start: u32, row: &mut [Sample]) {
+        let tile = &mut self.tile[..values.len()];
+        self.envelope.build(values.iter().zip(start..).map(sample), values.len());
+        self.envelope.write(tile, 0);
+        row.iter_mut().zip(tile).for_each(|(to, from)| *to = from[0]);
     }
 
     /// Minimises along the columns of some rows.
-    fn across(&mut self, rows: &mut [Row<'_>]) {
-        let (costs, sources) = (&mut self.costs[..rows.len()], &mut self.sources[..rows.len()]);
-        let width = rows[0].0.len();
+    fn across(&mut self, rows: &mut [&mut [Sample]]) {
+        let (tile, width) = (&mut self.tile[..rows.len()], rows[0].len());
         for from in (0..width).step_by(TILE) {
-            let (range, columns) = (from..width.min(from + TILE), TILE.min(width - from));
-            for (row, (costs, sources)) in rows.iter().zip(costs.iter_mut().zip(sources.iter_mut())) {
-                costs[..columns].copy_from_slice(&row.0[range.clone()]);
-                sources[..columns].copy_from_slice(&row.1[range.clone()]);
+            let columns = TILE.min(width - from);
+            for (row, line) in rows.iter().zip(tile.iter_mut()) {
+                line[..columns].copy_from_slice(&row[from..from + columns]);
             }
-            (0..columns).for_each(|column| self.envelope.column(costs, sources, column));
-            for (row, (costs, sources)) in rows.iter_mut().zip(costs.iter().zip(sources.iter())) {
-                row.0[range.clone()].copy_from_slice(&costs[..columns]);
-                row.1[range.clone()].copy_from_slice(&sources[..columns]);
+            for c in 0..columns {
+                self.envelope.build(tile.iter().map(|line| line[c]), rows.len());
+                self.envelope.write(tile, c);
+            }
+            for (row, line) in rows.iter_mut().zip(tile.iter()) {
+                row[from..from + columns].copy_from_slice(&line[..columns]);
             }
         }
     }
@@ -140,45 +136,17 @@ impl Envelope {
         Self { pieces: vec![Piece::default(); longest], count: 0 }
     }
 
-    /// The first axis: known values at places from `start` on.
-    fn row(&mut self, values: &[f32], start: u32, (costs, sources): &mut Row<'_>) {
+    /// Builds the envelope of a row of costs and sources.
+    #[inline(always)]
+    fn build(&mut self, row: impl Iterator<Item = Sample>, length: usize) {
         self.count = 0;
-        for (i, value) in values.iter().enumerate().filter(|(_, value)| !value.is_nan()) {
-            let mark = if value.is_sign_negative() { NEGATIVE } else { 0 };
-            self.add(i as i32 as f32, value * value, (start + i as u32) | mark, values.len() as f32);
-        }
-        if self.count == 0 {
-            sources.fill(NO_SOURCE);
-        }
-        self.spans(costs.len(), |piece, span| {
-            let mut offset = span.start as i32 as f32 - piece.at;
-            for cost in &mut costs[span.clone()] {
-                *cost = offset * offset + piece.cost;
-                offset += 1.0;
-            }
-            sources[span].fill(piece.source);
-        });
-    }
-
-    /// A further axis, in place: one column of a tile.
-    #[inline]
-    fn column(&mut self, costs: &mut [[f32; TILE]], sources: &mut [[u32; TILE]], column: usize) {
-        self.count = 0;
-        let (length, mut at) = (costs.len() as f32, 0.0);
-        for (costs, sources) in costs.iter().zip(sources.iter()) {
-            if sources[column] != NO_SOURCE {
-                self.add(at, costs[column], sources[column], length);
+        let mut at = 0.0;
+        for (cost, source) in row {
+            if source != NO_SOURCE {
+                self.add(at, cost, source, length as f32);
             }
             at += 1.0;
         }
-        self.spans(costs.len(), |piece, span| {
-            let mut offset = span.start as i32 as f32 - piece.at;
-            for (costs, sources) in costs[span.clone()].iter_mut().zip(&mut sources[span]) {
-                costs[column] = offset * offset + piece.cost;
-                sources[column] = piece.source;
-                offset += 1.0;
-            }
-        });
     }
 
     #[inline(always)]
@@ -200,15 +168,21 @@ impl Envelope {
         }
     }
 
-    /// The pieces and where they are the lowest, last first.
+    /// Writes the envelope into column `c` of a tile.
     #[inline(always)]
-    fn spans(&self, length: usize, mut found: impl FnMut(&Piece, std::ops::Range<usize>)) {
-        let mut end = length;
+    fn write(&self, tile: &mut [[Sample; TILE]], c: usize) {
+        let mut end = tile.len();
         for piece in self.pieces[..self.count].iter().rev() {
             let from = piece.from as usize;
-            found(piece, from..end);
+            let mut offset = piece.from as i32 as f32 - piece.at;
+            for line in &mut tile[from..end] {
+                line[c] = (offset * offset + piece.cost, piece.source);
+                offset += 1.0;
+            }
             end = from;
         }
+        // The first piece begins at zero: something is left only of an empty envelope.
+        tile[..end].iter_mut().for_each(|line| line[c].1 = NO_SOURCE);
     }
 }
 
@@ -216,39 +190,31 @@ impl Envelope {
 mod tests {
     use super::*;
 
-    /// Numbers in [0, 1).
-    fn random() -> impl FnMut() -> f32 {
-        let mut state = 7_u32;
-        move || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 8) as f32 / (1 << 24) as f32
-        }
-    }
-
-    fn place([width, height, _]: [usize; 3], i: usize) -> [i64; 3] {
-        [i % width, i / width % height, i / width / height].map(|v| v as i64)
-    }
-
-    fn squared(sides: [usize; 3], i: usize, j: usize) -> f32 {
-        let (a, b) = (place(sides, i), place(sides, j));
-        (0..3).map(|axis| (a[axis] - b[axis]).pow(2)).sum::<i64>() as f32
+    fn squared([width, height, _]: [usize; 3], i: usize, j: usize) -> f32 {
+        let place = |i: usize| [i % width, i / width % height, i / width / height];
+        place(i).iter().zip(place(j)).map(|(&a, b)| a.abs_diff(b).pow(2) as f32).sum()
     }
 
     #[test]
     fn random_volumes_agree_with_brute_force() {
-        let mut random = random();
+        let (mut state, pool) = (7_u32, |n| rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap());
+        let mut random = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 24) as f32
+        };
         for (sides, share) in [([9, 7, 8], 0.05), ([20, 5, 3], 0.3), ([1, 1, 30], 0.1), ([17, 18, 1], 0.02)] {
             let draw = |_| if random() < share { 6.0 * random() - 3.0 } else { f32::NAN };
             let before: Vec<f32> = (0..sides.iter().product()).map(draw).collect();
-            let known: Vec<usize> = (0..before.len()).filter(|&i| !before[i].is_nan()).collect();
+            let cost = |i, j: usize| squared(sides, i, j) + before[j] * before[j];
             let mut after = before.clone();
             propagate(&mut after, sides);
-            for (i, &value) in after.iter().enumerate() {
-                let cost = |j: &usize| squared(sides, i, *j) + before[*j].powi(2);
-                let best = known.iter().min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap();
-                let expected =
-                    if before[i].is_nan() { cost(best).sqrt().copysign(before[*best]) } else { before[i] };
-                assert!((value - expected).abs() < 1e-4, "{sides:?} {i}: {value} for {expected}");
+            let found = sources(&before, sides);
+            assert!([1, 3].iter().all(|&threads| found == pool(threads).install(|| sources(&before, sides))));
+            for (i, source) in found.into_iter().enumerate() {
+                let least = (0..before.len()).map(|j| cost(i, j)).fold(f32::INFINITY, f32::min);
+                assert!(cost(i, source as usize) < least + 1e-4);
+                let filled = least.sqrt().copysign(before[source as usize]);
+                assert!((after[i] - if before[i].is_nan() { filled } else { before[i] }).abs() < 1e-4);
             }
         }
     }
@@ -263,29 +229,13 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_seen_from_its_surface_is_exact_to_the_voxel() {
-        let sides = [24; 3];
-        let distance = |i: usize| {
-            let [x, y, z] = place(sides, i).map(|v| v as f32 - 11.5);
-            (x * x + y * y + z * z).sqrt() - 7.0
-        };
-        let near = |i| Some(distance(i)).filter(|d| d.abs() < 0.9).unwrap_or(f32::NAN);
-        let mut values: Vec<f32> = (0..24 * 24 * 24).map(near).collect();
-        propagate(&mut values, sides);
-        assert!(values.iter().enumerate().all(|(i, value)| (value - distance(i)).abs() < 1.0));
-        assert!(values.iter().enumerate().all(|(i, value)| (*value < 0.0) == (distance(i) < 0.0)));
-    }
-
-    #[test]
-    fn threads_do_not_matter() {
-        let mut random = random();
-        let draw = |_| if random() < 0.1 { (4.0 * random()).floor() - 2.0 } else { f32::NAN };
-        let values: Vec<f32> = (0..30 * 20 * 10).map(draw).collect();
-        let with = |threads| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| sources(&values, [30, 20, 10]))
-        };
-        assert_eq!(with(1), with(3));
+    fn a_ball_is_exact_but_for_the_known_layer() {
+        let distance = |i| squared([25; 3], i, 12 * 651).sqrt() - 7.5;
+        let known = |i| Some(distance(i)).filter(|d| d.abs() < 0.9).unwrap_or(f32::NAN);
+        let mut values: Vec<f32> = (0..25 * 25 * 25).map(known).collect();
+        propagate(&mut values, [25; 3]);
+        let near = |value: f32, exact: f32| (value - exact).abs() < 1.0 && value * exact > 0.0;
+        assert!(values.iter().enumerate().all(|(i, &value)| near(value, distance(i))));
     }
 
     #[test]
