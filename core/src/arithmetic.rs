@@ -3,11 +3,11 @@
 //! | quantity | [`Fixed`] | [`Float`] |
 //! |---|---|---|
 //! | weight V | i16, 1/2048 σ, within ±16 σ | f64, σ |
-//! | coefficient V · scale / q³ | i32, 2⁻¹⁸ voxel per basis unit | f64 |
+//! | coefficient V · scale / q³ | i32, 2⁻²⁶ voxel per basis unit, 2⁻¹⁸ at the ends of a row | f64 |
 //! | residual e | i16, 1/256 voxel, within ±8 voxels | f64, voxels |
 //! | sum of a voxel's modes | i32, 2⁻¹⁸ voxel | f64 |
 //! | sum of a cell's gradient | i32, basis units · 1/256 voxel · q³ | f64 |
-//! | node gradient G | i32, 2⁻¹⁰ voxel² | f64 |
+//! | node gradient G | i32, 2^-H voxel², H from the kernel's width | f64 |
 //! | node curvature d | i32, 2⁻⁸ voxel² | f64 |
 //! | ratio U | i32, 2^-F σ, within ±64 σ, F from the kernel's volume | f64 |
 //!
@@ -15,7 +15,8 @@
 //! q (2 r + 1) ≤ 31:
 //! - a voxel's sum: 127 · 16 σ · 4 voxels · 2¹⁸ < 2³¹;
 //! - a cell's gradient: 2047 · 127 · (q (q + 1) / 2)³ ≤ 2²⁸;
-//! - a box of node gradients: 8 · 4 · 31³ · 2¹⁰ < 2³⁰;
+//! - a coefficient: 16 σ · 2⁻⁵ · 2²⁶ / q³, times q² within a slice, < 2²⁶;
+//! - a box of node gradients: 8 · 4 · (q (2 r + 1))³ · 2^H < 2³¹ by the choice of H;
 //! - a box of node curvatures: 65535 · 31³ < 2³¹;
 //! - a box of ratios: 64 · (2 r + 1)³ · 2^F ≤ 2³¹ by the choice of F.
 
@@ -35,7 +36,9 @@ pub const MAX_EXPONENT: u8 = 14;
 pub const FULL_WEIGHT: i32 = 16;
 
 const SUM_BITS: u32 = 18;
-const GRADIENT_BITS: u32 = 10;
+/// Bits a coefficient carries until the ends of a row: without them its rounding error, the same at all
+/// corners, would be multiplied by q³ (measured: 18 instead of 2 units of 1/256 voxel at worst).
+const CARRIED_BITS: u32 = 8;
 const CURVATURE_BITS: u32 = 8;
 const MOMENTUM_BITS: u32 = 8;
 
@@ -78,16 +81,29 @@ pub struct Kernel {
     pub volume: u32,
     /// F: bits behind the point of a ratio.
     pub ratio_bits: u32,
+    /// H: bits behind the point of a node gradient.
+    pub gradient_bits: u32,
 }
 
 impl Kernel {
-    /// The kernel of a radius of at most 15 nodes.
-    pub const fn new(radius: u8) -> Self {
+    /// The kernel of a radius in nodes that are `stride` voxels apart; stride (2 radius + 1) is 31 at most.
+    pub const fn new(radius: u8, stride: Stride) -> Self {
         let side = 2 * radius as u32 + 1;
         let volume = side * side * side;
-        let room = 25 - (32 - (volume - 1).leading_zeros());
-        Self { radius, volume, ratio_bits: if room > 16 { 16 } else { room } }
+        let q = stride.voxels as u32;
+        let ratio_bits = least(25 - bits(volume), 16);
+        let gradient_bits = least(26 - bits(volume * q * q * q), 18);
+        Self { radius, volume, ratio_bits, gradient_bits }
     }
+}
+
+/// The least n with 2^n >= x.
+const fn bits(x: u32) -> u32 {
+    32 - (x - 1).leading_zeros()
+}
+
+const fn least(a: u32, b: u32) -> u32 {
+    if a < b { a } else { b }
 }
 
 /// The numbers of the local fit and what is done with them.
@@ -113,6 +129,8 @@ pub trait Arithmetic: Copy {
     fn coefficient(weight: Self::Weight, exponent: u8, stride: Stride) -> Self::Coefficient;
     /// (q - at) a + at b.
     fn lerp(a: Self::Coefficient, b: Self::Coefficient, at: u8, stride: Stride) -> Self::Coefficient;
+    /// The end of a row: a coefficient without the bits carried so far.
+    fn row_end(coefficient: Self::Coefficient) -> Self::Coefficient;
     /// sum + basis · coefficient.
     fn accumulate(sum: Self::Sum, basis: i8, coefficient: Self::Coefficient) -> Self::Sum;
     /// ((q - at) a + at b): the row sum of a voxel `at` voxels behind the cell's face.
@@ -126,7 +144,7 @@ pub trait Arithmetic: Copy {
     /// sum + factor · other.
     fn scale_add(sum: Self::Sum, factor: u8, other: Self::Sum) -> Self::Sum;
     /// A cell's gradient 2^-exponent / q³ in node units.
-    fn to_node(sum: Self::Sum, exponent: u8, stride: Stride) -> Self::Sum;
+    fn to_node(sum: Self::Sum, exponent: u8, stride: Stride, kernel: Kernel) -> Self::Sum;
     /// W Σ g b'² of a voxel (2⁻¹² voxel² `raw`) times an integer trilinear weight.
     fn curvature(raw: u32, weight: i32, factor: u16) -> Self::Sum;
     /// A cell's curvature / q³ in node units.
@@ -175,7 +193,7 @@ impl Arithmetic for Fixed {
 
     #[inline(always)]
     fn coefficient(weight: i16, exponent: u8, stride: Stride) -> i32 {
-        let shift = stride.bits + u32::from(exponent) - (SUM_BITS - WEIGHT_BITS);
+        let shift = stride.bits + u32::from(exponent) - (SUM_BITS + CARRIED_BITS - WEIGHT_BITS);
         round_shift(i32::from(weight).wrapping_mul(stride.reciprocal), shift)
     }
 
@@ -183,6 +201,11 @@ impl Arithmetic for Fixed {
     fn lerp(a: i32, b: i32, at: u8, stride: Stride) -> i32 {
         let near = i32::from(stride.voxels) - i32::from(at);
         a.wrapping_mul(near).wrapping_add(b.wrapping_mul(i32::from(at)))
+    }
+
+    #[inline(always)]
+    fn row_end(coefficient: i32) -> i32 {
+        round_shift(coefficient, CARRIED_BITS)
     }
 
     #[inline(always)]
@@ -218,8 +241,8 @@ impl Arithmetic for Fixed {
     }
 
     #[inline(always)]
-    fn to_node(sum: i32, exponent: u8, stride: Stride) -> i32 {
-        let shift = stride.bits + u32::from(exponent) - (GRADIENT_BITS - DISTANCE_BITS);
+    fn to_node(sum: i32, exponent: u8, stride: Stride, kernel: Kernel) -> i32 {
+        let shift = stride.bits + u32::from(exponent) + DISTANCE_BITS - kernel.gradient_bits;
         round_shift_wide(i64::from(sum) * i64::from(stride.reciprocal), shift) as i32
     }
 
@@ -247,8 +270,8 @@ impl Arithmetic for Fixed {
     fn reciprocal(boxed: i32, ridge: f64, kernel: Kernel) -> Factor {
         let unit = f64::from(1 << CURVATURE_BITS);
         let denominator = f64::from(boxed.max(0)) + ridge * unit * f64::from(kernel.volume);
-        // Gradient 2⁻¹⁰ over curvature 2⁻⁸ gives 2⁻² σ; the ratio carries F bits.
-        let exponent = kernel.ratio_bits as i32 - (GRADIENT_BITS - CURVATURE_BITS) as i32;
+        // A gradient of H bits over a curvature of 8 bits gives H - 8; the ratio carries F.
+        let exponent = kernel.ratio_bits as i32 + CURVATURE_BITS as i32 - kernel.gradient_bits as i32;
         Factor::new(libm::scalbn(1.0 / denominator, exponent))
     }
 
@@ -308,6 +331,10 @@ impl Arithmetic for Float {
         f64::from(stride.voxels - at.min(stride.voxels)) * a + f64::from(at) * b
     }
 
+    fn row_end(coefficient: f64) -> f64 {
+        coefficient
+    }
+
     fn accumulate(sum: f64, basis: i8, coefficient: f64) -> f64 {
         sum + f64::from(basis) * coefficient
     }
@@ -334,7 +361,7 @@ impl Arithmetic for Float {
         sum + f64::from(factor) * other
     }
 
-    fn to_node(sum: f64, exponent: u8, stride: Stride) -> f64 {
+    fn to_node(sum: f64, exponent: u8, stride: Stride, _: Kernel) -> f64 {
         sum * power(exponent) / stride.cube()
     }
 
@@ -388,16 +415,21 @@ mod tests {
     }
 
     #[test]
-    fn ratio_bits_keep_every_box_of_ratios_within_31_bits() {
-        for radius in 0..=15 {
-            let kernel = Kernel::new(radius);
-            assert!((64u64 * u64::from(kernel.volume)) << kernel.ratio_bits <= 1 << 31, "{radius}");
+    fn every_box_of_ratios_and_gradients_stays_within_31_bits() {
+        for voxels in 1..=4u8 {
+            let stride = Stride::new(voxels).unwrap();
+            for radius in (0..=15u8).filter(|&r| voxels * (2 * r + 1) <= 31) {
+                let kernel = Kernel::new(radius, stride);
+                assert!((64u64 * u64::from(kernel.volume)) << kernel.ratio_bits <= 1 << 31, "{radius}");
+                let width = u64::from(voxels) * u64::from(2 * radius + 1);
+                assert!((32 * width.pow(3)) << kernel.gradient_bits <= 1 << 31, "{voxels} {radius}");
+            }
         }
     }
 
     #[test]
     fn fixed_and_float_agree_on_one_step() {
-        let kernel = Kernel::new(1);
+        let kernel = Kernel::new(1, Stride::new(3).unwrap());
         let fixed = Fixed::step(1000, 900, 179, 1 << 16, Fixed::gain(3.0, 2.0, kernel));
         let boxed = f64::from(1 << 16) / f64::from(1u32 << kernel.ratio_bits);
         let float = Float::step(1000.0 / 2048.0, 900.0 / 2048.0, 179, boxed, Float::gain(3.0, 2.0, kernel));

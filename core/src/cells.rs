@@ -144,7 +144,7 @@ impl<A: Arithmetic> Field<'_, A> {
         let low = edges.get(end * self.modes..).unwrap_or(&[]);
         let high = edges.get((end + 2) * self.modes..).unwrap_or(&[]);
         for ((value, &a), &b) in out.iter_mut().zip(low).zip(high) {
-            *value = A::lerp(a, b, y, self.stride);
+            *value = A::row_end(A::lerp(a, b, y, self.stride));
         }
     }
 }

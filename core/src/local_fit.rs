@@ -178,7 +178,7 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
     }
 
     fn kernel(&self) -> Kernel {
-        Kernel::new(self.schedule.passes.get(self.pass).map_or(0, |pass| pass.radius))
+        Kernel::new(self.schedule.passes.get(self.pass).map_or(0, |pass| pass.radius), self.stride)
     }
 
     /// d of one brick, kept in the gradient's memory until it is inverted.
@@ -273,6 +273,7 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         }
         let Some(brick) = self.model.brick(index) else { return };
         let exponents = brick.exponents().get(group * GROUP..).unwrap_or(&[]);
+        let kernel = self.kernel();
         let q = self.stride.voxels;
         for cell in cells(&brick, q) {
             if !cell.any(&brick, q, |v| self.hull.target(brick.first + v).weight() != 0) {
@@ -283,7 +284,7 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
                 let Some(number) = self.nodes.number(cell.corner_node(c)) else { continue };
                 let sums = self.gradient.get_mut(number * GROUP..).unwrap_or(&mut []);
                 for ((sum, part), &exponent) in sums.iter_mut().zip(corner).zip(exponents) {
-                    *sum = A::add(*sum, A::to_node(part, exponent, self.stride));
+                    *sum = A::add(*sum, A::to_node(part, exponent, self.stride, kernel));
                 }
             }
         }

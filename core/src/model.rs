@@ -210,7 +210,7 @@ impl<'a> Model<'a> {
     }
 
     fn check_modes(&self) -> Result<(), Error> {
-        let good = |x: f32| x.is_finite() && x > 0.0 && x <= 65536.0;
+        let good = |x: f32| x.is_finite() && x > 0.0 && x <= 255.0;
         let all = (0..self.modes()).all(|k| good(self.deviation(k)) && good(self.gain(k)));
         if all { Ok(()) } else { Err(Error::Inconsistent(Part::Modes)) }
     }
@@ -264,7 +264,7 @@ fn check_header(header: &Header<'_>) -> Result<Grid, Error> {
     let within = |x: f32, low: f32, high: f32| x.is_finite() && x >= low && x <= high;
     let good = within(s.millimetre, 1e-3, 64.0)
         && within(s.front, 0.5, 7.5)
-        && within(s.behind, 0.25, 7.5)
+        && within(s.behind, 0.25, s.front)
         && [s.global_ridge, s.local_ridge, s.voxel_ridge].iter().all(|&r| within(r, 1e-6, 1e3));
     if good { Ok(grid) } else { Err(Error::Inconsistent(Part::Scales)) }
 }

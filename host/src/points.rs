@@ -4,7 +4,7 @@
 //! which also averages the scanner's noise.
 
 use crate::mesh::{Mesh, Point, Vector};
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// Points with outward unit normals.
 #[derive(Clone, Debug, Default)]
@@ -27,7 +27,7 @@ type Key = [i64; 3];
 /// Thins a mesh or an oriented cloud to one point per occupied cube of edge `cell`, in a fixed order.
 /// Surfaces that face away from each other within a cube stay apart.
 pub fn thin(mesh: &Mesh, cell: f64) -> OrientedPoints {
-    let mut clusters: HashMap<(Key, u8), Cluster> = HashMap::new();
+    let mut clusters: FxHashMap<(Key, u8), Cluster> = FxHashMap::default();
     let mut add = |position: Vector, normal: Vector, area: f64| {
         let key = position.map(|c| (c / cell).floor() as i64).into();
         let start = Cluster { position: Vector::zeros(), normal: Vector::zeros(), area: 0.0 };
@@ -55,7 +55,7 @@ fn facing(normal: &Vector) -> u8 {
 }
 
 /// Joins the clusters of a cube whose normals agree.
-fn merge(clusters: HashMap<(Key, u8), Cluster>) -> Vec<(Key, Cluster)> {
+fn merge(clusters: FxHashMap<(Key, u8), Cluster>) -> Vec<(Key, Cluster)> {
     let mut ordered: Vec<((Key, u8), Cluster)> = clusters.into_iter().collect();
     ordered.sort_unstable_by_key(|(key, _)| *key);
     let mut merged: Vec<(Key, Cluster)> = Vec::with_capacity(ordered.len());
@@ -76,7 +76,7 @@ fn merge(clusters: HashMap<(Key, u8), Cluster>) -> Vec<(Key, Cluster)> {
 
 /// Normals averaged over the neighbouring cubes of the same side.
 fn smoothed(clusters: &[(Key, Cluster)]) -> OrientedPoints {
-    let mut cubes: HashMap<Key, Vec<usize>> = HashMap::new();
+    let mut cubes: FxHashMap<Key, Vec<usize>> = FxHashMap::default();
     for (index, (key, _)) in clusters.iter().enumerate() {
         cubes.entry(*key).or_default().push(index);
     }

@@ -46,19 +46,17 @@ impl Dense {
     pub fn extend(&mut self, model: &Model<'_>, scan: &Surface, placed: &Placed, points: &[Point]) {
         let reach = 2.0;
         let limit = reach * 1.8 / f64::from(placed.pose.scale);
-        let mut wanted: Vec<usize> = Vec::new();
+        let mut near = vec![false; self.values.len()];
         for q in points.iter().map(|p| placed.to_model(p)) {
             for offset in 0..125 {
                 let at = [offset % 5, offset / 5 % 5, offset / 25];
                 let voxel: [f64; 3] = std::array::from_fn(|a| q[a].round() + at[a] as f64 - reach);
                 if voxel.iter().zip(self.sides).all(|(&v, side)| v >= 0.0 && v < side as f64) {
-                    wanted.push(self.index(voxel.map(|v| v as usize)));
+                    near[self.index(voxel.map(|v| v as usize))] = true;
                 }
             }
         }
-        wanted.sort_unstable();
-        wanted.dedup();
-        wanted.retain(|&i| self.values[i].is_nan());
+        let wanted: Vec<usize> = (0..near.len()).filter(|&i| near[i] && self.values[i].is_nan()).collect();
         let scale = f64::from(placed.pose.scale);
         let known = |&i: &usize| {
             let voxel = [i % self.sides[0], i / self.sides[0] % self.sides[1], i / self.sides[0] / self.sides[1]];

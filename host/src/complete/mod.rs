@@ -89,8 +89,8 @@ const MOTION: f64 = 4.0;
 /// A scan that does not fit the model, or leaves no surface.
 pub fn complete<A: Arithmetic>(model: &Model<'_>, scan: &Mesh, options: &Options<'_>) -> Result<Completion, Error> {
     let (scan, specks) = clean::clean(scan);
-    let measured = scan_surface(&scan, model)?;
-    let registration = place(model, &scan, options)?;
+    let (measured, registration) = rayon::join(|| scan_surface(&scan, model), || place(model, &scan, options));
+    let (measured, registration) = (measured?, registration?);
     let placed = registration.placed;
     let points = hull_points(model, &scan, &registration);
     let fit = fit::<A>(model, &points, &placed.pose, Reach::of(model), options.schedule).map_err(Error::Fit)?;

@@ -102,7 +102,7 @@ const REFINED: usize = 12;
 /// Candidates that are refined with the shape.
 const JOINT: usize = 4;
 /// Points of the rigid and of the joint refinement.
-const POINTS: [usize; 2] = [400, 4000];
+const POINTS: [usize; 2] = [400, 1600];
 
 /// Finds the pose of a scan.
 ///
@@ -183,7 +183,6 @@ fn refine(model: &Model<'_>, points: &OrientedPoints, pose: Pose, rounds: &[Roun
     let positions: Vec<[f32; 3]> = points.points.iter().map(|p| p.coords.map(|c| c as f32).into()).collect();
     let buffers =
         PoseBuffers { normal: &mut normal, chunk: &mut chunk, row: &mut row, weights: &mut weights };
-    let mut rr=rounds.to_vec(); for r in &mut rr { if r.shape { if let Ok(v)=std::env::var("MIS"){r.misfit=v.parse().unwrap()} if let Ok(v)=std::env::var("ITS"){r.iterations=v.parse().unwrap()} } } let rounds=&rr[..];
     let (pose, _): (Pose, Agreement) = PoseFit::new(model, &positions, pose, rounds, buffers)?.run();
     let inliers = inlier_share(model, points, &pose, &weights);
     let factor = f64::from(pose.scale) * f64::from(model.header().spacing);

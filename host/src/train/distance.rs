@@ -3,7 +3,7 @@
 
 use crate::bvh::{Bvh, Feature};
 use crate::mesh::{Mesh, Point, Vector};
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// A mesh prepared for distance queries.
 pub struct Surface {
@@ -41,7 +41,7 @@ impl Surface {
         if faces.iter().all(|n| *n == Vector::zeros()) {
             return None;
         }
-        let mut shared: HashMap<(u32, u32), (Vector, u32)> = HashMap::with_capacity(2 * faces.len());
+        let mut shared: FxHashMap<(u32, u32), (Vector, u32)> = FxHashMap::default();
         let mut vertices = vec![Vector::zeros(); mesh.points.len()];
         for (t, (corners, normal)) in mesh.triangles.iter().zip(&faces).enumerate() {
             for i in 0..3 {

@@ -69,7 +69,7 @@ fn write_modes(draft: &Draft<'_>, file: &mut Vec<u8>) {
     for deviation in deviations {
         let ratio = mean / deviation;
         file.extend((deviation as f32).to_le_bytes());
-        file.extend(((ratio * ratio).min(65536.0) as f32).to_le_bytes());
+        file.extend(((ratio * ratio).min(255.0) as f32).to_le_bytes());
     }
 }
 
