@@ -112,7 +112,8 @@ pub fn fit<A: Arithmetic>(
     let (hull_voxels, hull_digest) = (hull.count, hull.digest());
     let global = GlobalFit::new(model, hull, None, &mut b.normal, &mut b.block, &mut b.global)?.run();
     let still = Schedule { stride: schedule.stride, momentum: 0, passes: &[] };
-    let global_distances = distances(model, &mut LocalFit::<A>::new(model, hull, global, still, workspace!(b))?);
+    let global_distances =
+        distances(model, &mut LocalFit::<A>::new(model, hull, global, still, workspace!(b))?);
     let mut local = LocalFit::<A>::new(model, hull, global, schedule, workspace!(b))?;
     local.run();
     let local_distances = distances(model, &mut local);
@@ -126,7 +127,15 @@ pub fn fit<A: Arithmetic>(
     };
     let global = global.to_vec();
     let buffer_bytes = sizes.bytes::<A>();
-    Ok(Fit { targets: b.targets, hull_voxels, global, global_distances, local_distances, digests, buffer_bytes })
+    Ok(Fit {
+        targets: b.targets,
+        hull_voxels,
+        global,
+        global_distances,
+        local_distances,
+        digests,
+        buffer_bytes,
+    })
 }
 
 fn distances<A: Arithmetic>(model: &Model<'_>, fit: &mut LocalFit<'_, '_, A>) -> Vec<i16> {

@@ -121,11 +121,17 @@ impl Complete {
         out.labels = Some(&merged.labels);
         out.distances_mm = Some(&distances);
         out.comments = vec![
-            format!("completed by lacuna {} with the class {}", env!("CARGO_PKG_VERSION"), model.header().class),
+            format!(
+                "completed by lacuna {} with the class {}",
+                env!("CARGO_PKG_VERSION"),
+                model.header().class
+            ),
             "label 1: measured, 0: inferred; distance: to the scan, in its unit".into(),
         ];
         io::write_ply(&self.output, &out)?;
-        for (path, mesh) in [(&self.local_surface, &completion.local), (&self.global_surface, &completion.global)] {
+        for (path, mesh) in
+            [(&self.local_surface, &completion.local), (&self.global_surface, &completion.global)]
+        {
             if let Some(path) = path {
                 io::write_ply(path, &PlyOut::new(&back(mesh)))?;
             }
@@ -166,7 +172,10 @@ impl Complete {
         for reason in &verdict.reasons {
             say(&format!("                {reason}"));
         }
-        say(&format!("inliers         {:.1} % of the scan on the fitted surface", 100.0 * verdict.inlier_share));
+        say(&format!(
+            "inliers         {:.1} % of the scan on the fitted surface",
+            100.0 * verdict.inlier_share
+        ));
         say(&format!("seen part       {:.3} {symbol} rms from the fitted surface", verdict.seen_rms));
         say(&format!(
             "inferred part   {:.0} % of the surface, {:.0} {symbol}2",
@@ -175,9 +184,16 @@ impl Complete {
         ));
         say(&format!("weights         {:.2} deviations rms", verdict.weight_norm));
         say(&format!("scale           {:.3} of the class", verdict.scale));
-        say(&format!("pose            {:.1} % inliers, next best {:.1} %", 100.0 * verdict.pose_inliers[0], 100.0 * verdict.pose_inliers[1]));
+        say(&format!(
+            "pose            {:.1} % inliers, next best {:.1} %",
+            100.0 * verdict.pose_inliers[0],
+            100.0 * verdict.pose_inliers[1]
+        ));
         let d = &completion.fit.digests;
-        say(&format!("digests         hull {:08x} global {:08x} local {:08x} distances {:08x}", d.hull, d.global, d.local, d.distances));
+        say(&format!(
+            "digests         hull {:08x} global {:08x} local {:08x} distances {:08x}",
+            d.hull, d.global, d.local, d.distances
+        ));
         say(&format!("mesh            {} ({} vertices, {seconds:.2} s)", report.output, report.vertices));
         if let Some(picture) = report.picture {
             say(&format!("picture         {picture}"));

@@ -26,7 +26,10 @@ pub fn sentence(error: &Error) -> String {
     match error {
         Error::NotAModel => "is not a Lacuna model: make one with `lacuna train`".into(),
         Error::UnknownVersion { found } => {
-            format!("has format version {found}, this program reads {}: update it, or train again", lacuna::format::VERSION)
+            format!(
+                "has format version {found}, this program reads {}: update it, or train again",
+                lacuna::format::VERSION
+            )
         }
         Error::WrongLength { expected, found } if found < expected => {
             format!("is cut short, {found} of {expected} bytes: copy it again")
@@ -40,9 +43,13 @@ pub fn sentence(error: &Error) -> String {
             format!("the buffer {buffer:?} has {given} elements, {needed} are needed")
         }
         Error::Stride { asked, brick } => {
-            format!("a stride of {asked} does not go with bricks of {brick} voxels: use one of 1 to 4 that divides it")
+            format!(
+                "a stride of {asked} does not go with bricks of {brick} voxels: use one of 1 to 4 that divides it"
+            )
         }
-        Error::Radius { asked } => format!("a kernel radius of {asked} nodes is too wide for the fixed-point bounds"),
+        Error::Radius { asked } => {
+            format!("a kernel radius of {asked} nodes is too wide for the fixed-point bounds")
+        }
         Error::Option(name) => format!("the option {name:?} is out of range"),
         Error::Pose => "the pose is not a rotation with a positive scale".into(),
         Error::TooFewPoints { given } => format!("{given} points are too few to find a pose"),
@@ -130,12 +137,15 @@ pub fn pose(text: &str, model: &Model<'_>) -> Result<Placed, Failure> {
 
 fn read_matrix(path: &Path) -> Result<Matrix4<f64>, Failure> {
     let name = path.display();
-    let text = std::fs::read_to_string(path).map_err(|error| format!("cannot read the pose {name}: {error}"))?;
+    let text =
+        std::fs::read_to_string(path).map_err(|error| format!("cannot read the pose {name}: {error}"))?;
     let value: serde_json::Value =
         serde_json::from_str(&text).map_err(|error| format!("{name} is not JSON: {error}"))?;
-    let rows = value.get("scan_to_model").or_else(|| value.get("truth")?.get("scan_to_model")).unwrap_or(&value);
-    let rows: [[f64; 4]; 4] = serde_json::from_value(rows.clone())
-        .map_err(|_| format!("{name} holds no 4 x 4 matrix: give an array of four rows, or `scan_to_model`"))?;
+    let rows =
+        value.get("scan_to_model").or_else(|| value.get("truth")?.get("scan_to_model")).unwrap_or(&value);
+    let rows: [[f64; 4]; 4] = serde_json::from_value(rows.clone()).map_err(|_| {
+        format!("{name} holds no 4 x 4 matrix: give an array of four rows, or `scan_to_model`")
+    })?;
     Ok(Matrix4::from_fn(|i, j| rows[i][j]))
 }
 

@@ -91,15 +91,37 @@ fn report<'a>(model: &'a Model<'_>, bytes: usize) -> Result<Report<'a>, Failure>
 }
 
 fn tell(r: &Report<'_>) {
-    say(&format!("class           {}, {} shapes, {} modes ({:.1} % of the variance)", r.class, r.shapes, r.modes, 100.0 * r.explained));
+    say(&format!(
+        "class           {}, {} shapes, {} modes ({:.1} % of the variance)",
+        r.class,
+        r.shapes,
+        r.modes,
+        100.0 * r.explained
+    ));
     say(&format!("made            {}", r.made));
-    say(&format!("file            {:.2} MiB, format version {}, checksum {}", r.bytes as f64 / 1048576.0, r.format_version, r.checksum));
+    say(&format!(
+        "file            {:.2} MiB, format version {}, checksum {}",
+        r.bytes as f64 / 1048576.0,
+        r.format_version,
+        r.checksum
+    ));
     let [x, y, z] = r.sides;
-    say(&format!("grid            {x} x {y} x {z} voxels of {} {}, {} stored in {} bricks", r.spacing, r.unit, r.voxels, r.bricks));
-    say(&format!("weight nodes    every {} voxels ({:.1} {}), {} active", r.stride, r.node_distance, r.unit, r.active_nodes));
+    say(&format!(
+        "grid            {x} x {y} x {z} voxels of {} {}, {} stored in {} bricks",
+        r.spacing, r.unit, r.voxels, r.bricks
+    ));
+    say(&format!(
+        "weight nodes    every {} voxels ({:.1} {}), {} active",
+        r.stride, r.node_distance, r.unit, r.active_nodes
+    ));
     say(&format!("hull            {:.1} {} in front, {:.1} behind", r.hull_front, r.unit, r.hull_behind));
     let kib = |bytes: usize| bytes as f64 / 1024.0;
-    say(&format!("fit memory      {:.0} KiB ({:.0} with momentum), pose {:.1} KiB", kib(r.fit_bytes), kib(r.fit_bytes_with_momentum), kib(r.pose_bytes)));
+    say(&format!(
+        "fit memory      {:.0} KiB ({:.0} with momentum), pose {:.1} KiB",
+        kib(r.fit_bytes),
+        kib(r.fit_bytes_with_momentum),
+        kib(r.pose_bytes)
+    ));
     let deviations: Vec<String> = r.deviations.iter().map(|d| format!("{d:.2}")).collect();
     say(&format!("deviations      {} {} rms", deviations.join(" "), r.unit));
 }

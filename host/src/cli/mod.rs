@@ -1,8 +1,8 @@
 //! The command line: one file a subcommand, all errors as sentences.
 
 mod complete;
-mod inspect;
 mod inputs;
+mod inspect;
 mod register;
 mod synth;
 mod train;

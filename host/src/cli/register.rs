@@ -58,7 +58,11 @@ impl Register {
             say(&row.map(|c| format!("{c:12.6}")).join(" "));
         }
         say(&format!("scale           {:.4} of the class", report.scale));
-        say(&format!("inliers         {:.1} %, next best pose {:.1} %", 100.0 * report.inlier_share, 100.0 * report.runner_up));
+        say(&format!(
+            "inliers         {:.1} %, next best pose {:.1} %",
+            100.0 * report.inlier_share,
+            100.0 * report.runner_up
+        ));
         say(&format!("time            {:.2} s", report.seconds));
         Ok(())
     }

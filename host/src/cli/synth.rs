@@ -124,9 +124,13 @@ impl OneScan {
         if common.json {
             say(&info.to_string());
         } else {
-            let missing = 100.0 * scan.missing.iter().filter(|&&m| m).count() as f64 / scan.missing.len() as f64;
+            let missing =
+                100.0 * scan.missing.iter().filter(|&&m| m).count() as f64 / scan.missing.len() as f64;
             let folder = self.folder.display();
-            say(&format!("{} points in {folder}, {missing:.0} % of the head missing", scan.points.points.len()));
+            say(&format!(
+                "{} points in {folder}, {missing:.0} % of the head missing",
+                scan.points.points.len()
+            ));
         }
         Ok(())
     }

@@ -19,7 +19,7 @@ pub struct Train {
     /// Where the model goes
     #[arg(short, long)]
     output: PathBuf,
-    /// Voxel edge in the meshes' unit [default: 75 voxels along the longest side]
+    /// Voxel edge in the meshes' unit [default: 60 to 90 voxels along the longest side]
     #[arg(long, value_parser = positive)]
     spacing: Option<f64>,
     /// Most modes to keep [default: one less than the shapes]
@@ -93,9 +93,8 @@ impl Train {
         let progress = bar(shapes.len() as u64, "aligning");
         let aligned = align(&shapes, self.align, self.seed, &|done, _| progress.set_position(done));
         let aligned = aligned.map_err(|error| match error {
-            crate::train::align::Error::NoSurface(n) | crate::train::align::Error::NoMatch { number: n, .. } => {
-                named(n, error.to_string())
-            }
+            crate::train::align::Error::NoSurface(n)
+            | crate::train::align::Error::NoMatch { number: n, .. } => named(n, error.to_string()),
         })?;
         progress.finish_and_clear();
         let progress = bar(shapes.len() as u64, "measuring distances");
@@ -149,8 +148,15 @@ impl Train {
         let pose = if aligned { "aligned to each other" } else { "in one pose already, left as they are" };
         say(&format!("shapes          {} of class {}, {pose}", report.shapes, report.class));
         let symbol = inputs::symbol(header.unit);
-        say(&format!("model           {} modes, {} voxels of {} {symbol}", report.modes, report.voxels, report.spacing));
-        say(&format!("file            {} ({:.2} MiB, {seconds:.1} s)", report.output, bytes.len() as f64 / 1048576.0));
+        say(&format!(
+            "model           {} modes, {} voxels of {} {symbol}",
+            report.modes, report.voxels, report.spacing
+        ));
+        say(&format!(
+            "file            {} ({:.2} MiB, {seconds:.1} s)",
+            report.output,
+            bytes.len() as f64 / 1048576.0
+        ));
     }
 }
 

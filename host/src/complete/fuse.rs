@@ -8,6 +8,9 @@ use crate::train::distance::Surface;
 use lacuna::{Model, sample};
 use rayon::prelude::*;
 
+/// Layers around the stored voxels that are extrapolated.
+const LAYERS: usize = 5;
+
 /// A dense volume of distances in voxels, x fastest, NaN where unknown.
 pub struct Dense {
     /// Voxels along x, y, z.
@@ -17,9 +20,53 @@ pub struct Dense {
 }
 
 impl Dense {
-    /// Fitted distances of the stored voxels.
+    /// Fitted distances of the stored voxels and of [`LAYERS`] layers around them: there the far field's mean
+    /// plus the deviation of the nearest stored voxels, which is smooth. Somebody may be farther from the mean
+    /// than the model stores.
     pub fn new(model: &Model<'_>, distances: &[i16]) -> Self {
-        Self { sides: model.grid().sides().map(usize::from), values: dense(model, distances) }
+        let mut means = vec![0; model.voxels()];
+        for brick in model.bricks() {
+            (0..brick.voxels()).for_each(|v| means[brick.first + v] = brick.mean(v));
+        }
+        let mut field =
+            Self { sides: model.grid().sides().map(usize::from), values: dense(model, distances) };
+        let mut deviations: Vec<f32> =
+            field.values.iter().zip(dense(model, &means)).map(|(fitted, mean)| fitted - mean).collect();
+        for _ in 0..LAYERS {
+            let grown = field.grow(model, &deviations);
+            for (i, deviation, value) in grown {
+                (deviations[i], field.values[i]) = (deviation, value);
+            }
+        }
+        field
+    }
+
+    /// Unknown voxels on the support next to known deviations: place, deviation and distance.
+    fn grow(&self, model: &Model<'_>, deviations: &[f32]) -> Vec<(usize, f32, f32)> {
+        let [width, height, depth] = self.sides;
+        let next = |i: usize| {
+            let (x, y, z) = (i % width, i / width % height, i / width / height);
+            let inside = [x > 0, x + 1 < width, y > 0, y + 1 < height, z > 0, z + 1 < depth];
+            let steps = [
+                -1,
+                1,
+                -(width as isize),
+                width as isize,
+                -((width * height) as isize),
+                (width * height) as isize,
+            ];
+            let near = inside.into_iter().zip(steps).filter(|(inside, _)| *inside);
+            let known = near.map(|(_, step)| deviations[i.wrapping_add_signed(step)]).filter(|d| !d.is_nan());
+            let (sum, count) = known.fold((0.0, 0), |(sum, count), d| (sum + d, count + 1));
+            if count == 0 {
+                return None;
+            }
+            let (mean, _) = sample::far(model, [x, y, z].map(|v| v as f32))?;
+            let deviation = sum / count as f32;
+            Some((i, deviation, mean + deviation))
+        };
+        let unknown = (0..self.values.len()).into_par_iter().filter(|&i| self.values[i].is_nan());
+        unknown.filter_map(next).collect()
     }
 
     fn index(&self, [x, y, z]: [usize; 3]) -> usize {
@@ -59,7 +106,8 @@ impl Dense {
         let wanted: Vec<usize> = (0..near.len()).filter(|&i| near[i] && self.values[i].is_nan()).collect();
         let scale = f64::from(placed.pose.scale);
         let known = |&i: &usize| {
-            let voxel = [i % self.sides[0], i / self.sides[0] % self.sides[1], i / self.sides[0] / self.sides[1]];
+            let voxel =
+                [i % self.sides[0], i / self.sides[0] % self.sides[1], i / self.sides[0] / self.sides[1]];
             sample::far(model, voxel.map(|v| v as f32))?;
             let q = Point::from(Vector::from(voxel.map(|v| v as f64)));
             let found = scan.distance(&placed.to_scan(&q), limit)?;

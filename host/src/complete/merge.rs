@@ -49,7 +49,8 @@ pub fn merge(fitted: &Mesh, scan: &Surface, limits: &Limits) -> Merged {
         .collect();
     let faded = fade(fitted, &motions);
     let points: Vec<Point> = fitted.points.iter().zip(&faded).map(|(p, motion)| p + motion).collect();
-    let distance = |p: &Point| scan.distance(p, f64::INFINITY).map_or(f32::INFINITY, |d| d.value.abs() as f32);
+    let distance =
+        |p: &Point| scan.distance(p, f64::INFINITY).map_or(f32::INFINITY, |d| d.value.abs() as f32);
     let distances = points.par_iter().map(distance).collect();
     let labels = motions.iter().map(|m| if m.is_some() { MEASURED } else { INFERRED }).collect();
     Merged { mesh: Mesh { points, normals: vec![], triangles: fitted.triangles.clone() }, labels, distances }

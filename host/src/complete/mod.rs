@@ -87,13 +87,19 @@ const MOTION: f64 = 4.0;
 ///
 /// # Errors
 /// A scan that does not fit the model, or leaves no surface.
-pub fn complete<A: Arithmetic>(model: &Model<'_>, scan: &Mesh, options: &Options<'_>) -> Result<Completion, Error> {
+pub fn complete<A: Arithmetic>(
+    model: &Model<'_>,
+    scan: &Mesh,
+    options: &Options<'_>,
+) -> Result<Completion, Error> {
     let (scan, specks) = clean::clean(scan);
-    let (measured, registration) = rayon::join(|| scan_surface(&scan, model), || place(model, &scan, options));
+    let (measured, registration) =
+        rayon::join(|| scan_surface(&scan, model), || place(model, &scan, options));
     let (measured, registration) = (measured?, registration?);
     let placed = registration.placed;
     let points = hull_points(model, &scan, &registration);
-    let fit = fit::<A>(model, &points, &placed.pose, Reach::of(model), options.schedule).map_err(Error::Fit)?;
+    let fit =
+        fit::<A>(model, &points, &placed.pose, Reach::of(model), options.schedule).map_err(Error::Fit)?;
     let centred = Placed { centre: Point::origin(), ..placed };
     let mut field = Dense::new(model, &fit.local_distances);
     let agreement = agreement(&field, &points, &centred, model);
@@ -103,7 +109,9 @@ pub fn complete<A: Arithmetic>(model: &Model<'_>, scan: &Mesh, options: &Options
     field.extend(model, &measured.surface, &placed, &positions);
     let fitted = field.surface(&placed, options.finer);
     if fitted.triangles.is_empty() {
-        return Err(Error::NoSurface("the fitted distances have no zero level: the scan does not match the model"));
+        return Err(Error::NoSurface(
+            "the fitted distances have no zero level: the scan does not match the model",
+        ));
     }
     let unit = class_millimetre(model, &placed);
     let limits = Limits { motion: MOTION * unit, sideways: measured.sideways };
@@ -136,7 +144,11 @@ fn surfels(points: &OrientedPoints, size: f64) -> Mesh {
         let first = mesh.points.len() as u32;
         let across = nalgebra::Vector3::ith(normal.iamin(), 1.0).cross(normal).normalize() * size;
         let along = normal.cross(&across);
-        mesh.points.extend([point + across, point - across * 0.5 + along * 0.8, point - across * 0.5 - along * 0.8]);
+        mesh.points.extend([
+            point + across,
+            point - across * 0.5 + along * 0.8,
+            point - across * 0.5 - along * 0.8,
+        ]);
         mesh.triangles.push([first, first + 1, first + 2]);
     }
     mesh
@@ -205,7 +217,8 @@ fn judge(
         let [a, b, c] = merged.mesh.corners(t);
         let area = (b - a).cross(&(c - a)).norm() / 2.0;
         total += area;
-        inferred += area * corners.iter().filter(|&&v| merged.labels[v as usize] != MEASURED).count() as f64 / 3.0;
+        inferred +=
+            area * corners.iter().filter(|&&v| merged.labels[v as usize] != MEASURED).count() as f64 / 3.0;
     }
     let placed = &registration.placed;
     let squares: f64 = fit.global.iter().map(|w| w * w).sum();

@@ -23,8 +23,13 @@ pub fn draw(completion: &Completion, width: usize, height: usize) -> Image {
     let colours = colours(&completion.merged.labels);
     let panel = |mesh, title| Panel { mesh, colours: None, title };
     let highlighted = Panel { mesh: &merged, colours: Some(&colours), title: "inferred part in orange" };
-    let panels =
-        [panel(&scan, "scan"), panel(&global, "global fit"), panel(&local, "local fit"), panel(&merged, "completed"), highlighted];
+    let panels = [
+        panel(&scan, "scan"),
+        panel(&global, "global fit"),
+        panel(&local, "local fit"),
+        panel(&merged, "completed"),
+        highlighted,
+    ];
     let front = front(&merged);
     let up = if front.y.abs() < 0.9 { Vector::y() } else { Vector::z() };
     let right = up.cross(&front).normalize();

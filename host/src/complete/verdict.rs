@@ -51,18 +51,42 @@ impl Verdict {
         let percent = |share: f64| format!("{:.0} %", 100.0 * share);
         let (inliers, rms) = (self.inlier_share, self.seen_rms / millimetre);
         let explained = || format!("only {} of the scan lies on the fitted surface", percent(inliers));
-        find(inliers < 0.5, Grade::Reject, format!("{}: another kind of object, or a wrong pose", explained()));
-        find((0.5..0.85).contains(&inliers), Grade::Check, format!("{}: clutter, or unlike the class", explained()));
-        find(rms > 1.0, Grade::Check, format!("the fit misses the measured surface by {:.2} rms", self.seen_rms));
-        find(self.weight_norm > 4.0, Grade::Reject, format!("the shape is {:.1} deviations off the class", self.weight_norm));
+        find(
+            inliers < 0.5,
+            Grade::Reject,
+            format!("{}: another kind of object, or a wrong pose", explained()),
+        );
+        find(
+            (0.5..0.85).contains(&inliers),
+            Grade::Check,
+            format!("{}: clutter, or unlike the class", explained()),
+        );
+        find(
+            rms > 1.0,
+            Grade::Check,
+            format!("the fit misses the measured surface by {:.2} rms", self.seen_rms),
+        );
+        find(
+            self.weight_norm > 4.0,
+            Grade::Reject,
+            format!("the shape is {:.1} deviations off the class", self.weight_norm),
+        );
         find(
             (2.0..=4.0).contains(&self.weight_norm),
             Grade::Check,
             format!("the shape is {:.1} deviations off the class", self.weight_norm),
         );
-        find(self.inferred_share > 0.8, Grade::Check, format!("{} of the surface is inferred", percent(self.inferred_share)));
+        find(
+            self.inferred_share > 0.8,
+            Grade::Check,
+            format!("{} of the surface is inferred", percent(self.inferred_share)),
+        );
         let odd_scale = !(0.75..1.34).contains(&self.scale);
-        find(odd_scale, Grade::Check, format!("the scan is {:.2} times the size of the class: is the unit right?", self.scale));
+        find(
+            odd_scale,
+            Grade::Check,
+            format!("the scan is {:.2} times the size of the class: is the unit right?", self.scale),
+        );
         (self.grade, self.reasons) = (grade, reasons);
         self
     }

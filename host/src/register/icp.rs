@@ -52,7 +52,12 @@ pub fn icp(moving: &Side, fixed: &Side, start: Similarity3<f64>, iterations: usi
 }
 
 /// Pairs (point, its partner on `surface`), each in its own side's frame.
-fn half(points: &OrientedPoints, surface: &Surface, motion: &Similarity3<f64>, gate: f64) -> Vec<(Point, Point)> {
+fn half(
+    points: &OrientedPoints,
+    surface: &Surface,
+    motion: &Similarity3<f64>,
+    gate: f64,
+) -> Vec<(Point, Point)> {
     let partner = |(point, normal): (&Point, &Vector)| {
         let found = surface.distance(&(motion * point), gate)?;
         let facing = found.normal.dot(&(motion.isometry.rotation * normal)) > 0.5 * found.normal.norm();

@@ -42,10 +42,14 @@ pub struct Registration {
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// Too little surface.
-    #[error("the scan has only {0} points after thinning, at least 60 are needed: is it a scan of this class, in its unit?")]
+    #[error(
+        "the scan has only {0} points after thinning, at least 60 are needed: is it a scan of this class, in its unit?"
+    )]
     TooFewPoints(usize),
     /// A size that does not fit.
-    #[error("the scan is {scan:.4} long and the model {model:.4}: they differ by more than a factor of {limit}. {hint}")]
+    #[error(
+        "the scan is {scan:.4} long and the model {model:.4}: they differ by more than a factor of {limit}. {hint}"
+    )]
     Size {
         /// Longest side of the scan.
         scan: f64,
@@ -135,7 +139,8 @@ pub fn register(model: &Model<'_>, scan: &Mesh, seed: u64) -> Result<Registratio
         return Err(Error::NoMatch);
     }
     let best = joint.remove(0);
-    let runner_up = joint.iter().find(|other| apart(&best.pose, &other.pose)).map_or(0.0, |other| other.inliers);
+    let runner_up =
+        joint.iter().find(|other| apart(&best.pose, &other.pose)).map_or(0.0, |other| other.inliers);
     let placed = Placed { centre, pose: best.pose };
     Ok(Registration { placed, inliers: best.inliers, runner_up, weights: best.weights })
 }
@@ -164,7 +169,8 @@ pub fn assess(model: &Model<'_>, scan: &Mesh, placed: &Placed) -> Registration {
 
 /// Whether two poses differ by more than ten degrees.
 fn apart(a: &Pose, b: &Pose) -> bool {
-    let trace: f32 = a.rotation.as_flattened().iter().zip(b.rotation.as_flattened()).map(|(x, y)| x * y).sum();
+    let trace: f32 =
+        a.rotation.as_flattened().iter().zip(b.rotation.as_flattened()).map(|(x, y)| x * y).sum();
     (trace - 1.0) / 2.0 < 10f32.to_radians().cos()
 }
 
@@ -176,7 +182,12 @@ struct Scored {
     weights: Vec<f32>,
 }
 
-fn refine(model: &Model<'_>, points: &OrientedPoints, pose: Pose, rounds: &[Round]) -> Result<Scored, lacuna::Error> {
+fn refine(
+    model: &Model<'_>,
+    points: &OrientedPoints,
+    pose: Pose,
+    rounds: &[Round],
+) -> Result<Scored, lacuna::Error> {
     let modes = model.modes();
     let (mut normal, mut chunk) = (vec![0.0; sums_len(modes)], vec![0.0; sums_len(modes)]);
     let (mut row, mut weights) = (vec![0.0; row_len(modes)], vec![0.0; modes]);

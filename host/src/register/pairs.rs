@@ -38,7 +38,12 @@ impl Pair {
             return None;
         }
         let torsion = libm::atan2(u.dot(&a.cross(&b)), a.dot(&b));
-        Some([distance, libm::acos(n1.dot(&u).clamp(-1.0, 1.0)), libm::acos(n2.dot(&u).clamp(-1.0, 1.0)), torsion])
+        Some([
+            distance,
+            libm::acos(n1.dot(&u).clamp(-1.0, 1.0)),
+            libm::acos(n2.dot(&u).clamp(-1.0, 1.0)),
+            torsion,
+        ])
     }
 
     /// The bin of the relations, for distances in units of `width`.
@@ -79,7 +84,9 @@ impl Table {
         for i in 0..count {
             for j in 0..count {
                 let far = (set.points[i] - set.points[j]).norm() > nearest;
-                if let Some(key) = Some(()).filter(|()| i != j && far).and_then(|()| Pair::of(set, i, j).key(width)) {
+                if let Some(key) =
+                    Some(()).filter(|()| i != j && far).and_then(|()| Pair::of(set, i, j).key(width))
+                {
                     entries.push((key, i as u16, j as u16));
                 }
             }

@@ -41,7 +41,9 @@ pub enum Error {
     #[error("training shape {0} has no triangles with an area: a model is trained on meshes, not on points")]
     NoSurface(usize),
     /// A shape that matches no pose.
-    #[error("training shape {number} could not be aligned to the first one ({overlap:.0} % overlap): is it of the same class?")]
+    #[error(
+        "training shape {number} could not be aligned to the first one ({overlap:.0} % overlap): is it of the same class?"
+    )]
     NoMatch {
         /// Which, counted from zero.
         number: usize,
@@ -59,7 +61,12 @@ const TRIED: usize = 8;
 ///
 /// # Errors
 /// A shape without area, or unlike the first one.
-pub fn align(shapes: &[Mesh], mode: Align, seed: u64, progress: &(dyn Fn(u64, u64) + Sync)) -> Result<Aligned, Error> {
+pub fn align(
+    shapes: &[Mesh],
+    mode: Align,
+    seed: u64,
+    progress: &(dyn Fn(u64, u64) + Sync),
+) -> Result<Aligned, Error> {
     let stay = || Aligned {
         shapes: shapes.to_vec(),
         motions: vec![Similarity3::identity(); shapes.len()],
@@ -89,7 +96,8 @@ pub fn align(shapes: &[Mesh], mode: Align, seed: u64, progress: &(dyn Fn(u64, u6
         .collect();
     motions.extend(found?);
     let motions = towards_mean(shapes, &sides, motions, first_size);
-    let moved: Vec<Mesh> = shapes.iter().zip(&motions).map(|(mesh, motion)| transformed(mesh, motion)).collect();
+    let moved: Vec<Mesh> =
+        shapes.iter().zip(&motions).map(|(mesh, motion)| transformed(mesh, motion)).collect();
     Ok(Aligned { shapes: moved, motions, moved: true })
 }
 
@@ -169,15 +177,18 @@ fn towards_mean(
 
 /// Zero level of the mean distances, on a coarse grid.
 fn mean_shape(shapes: &[Mesh], motions: &[Similarity3<f64>], size: f64) -> Option<Mesh> {
-    let moved: Vec<Mesh> = shapes.par_iter().zip(motions).map(|(mesh, motion)| transformed(mesh, motion)).collect();
+    let moved: Vec<Mesh> =
+        shapes.par_iter().zip(motions).map(|(mesh, motion)| transformed(mesh, motion)).collect();
     let (low, high) = super::bounds(&moved);
     let spacing = size / 48.0;
     let margin = 3.0 * spacing;
     let sides = (high - low).map(|length| ((length + 2.0 * margin) / spacing).ceil() as usize + 1).into();
     let lattice = Lattice { origin: low - Vector::repeat(margin), spacing, sides };
     let places: Vec<u32> = (0..lattice.len() as u32).collect();
-    let volumes: Vec<_> =
-        moved.par_iter().map(|mesh| Some(sample(&Surface::new(mesh)?, &lattice, &places))).collect::<Option<_>>()?;
+    let volumes: Vec<_> = moved
+        .par_iter()
+        .map(|mesh| Some(sample(&Surface::new(mesh)?, &lattice, &places)))
+        .collect::<Option<_>>()?;
     let m = volumes.len() as f32;
     let values: Vec<f32> = (0..lattice.len())
         .map(|i| {

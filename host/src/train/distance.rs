@@ -78,7 +78,9 @@ impl Surface {
         let (normal, on_border) = match hit.feature {
             Feature::Face => (self.faces[t], false),
             Feature::Edge(i) => (self.edges[t][i as usize], self.border_edges[t][i as usize]),
-            Feature::Vertex(i) => (self.vertices[vertex(i as usize)], self.border_vertices[vertex(i as usize)]),
+            Feature::Vertex(i) => {
+                (self.vertices[vertex(i as usize)], self.border_vertices[vertex(i as usize)])
+            }
         };
         let size = hit.squared_distance.sqrt();
         let value = if (p - hit.point).dot(&normal) < 0.0 { -size } else { size };

@@ -17,6 +17,12 @@ use volume::{Lattice, Volume};
 
 /// Far field samples per brick edge are two: a brick of six voxels has one every three.
 const FAR_PER_BRICK: usize = 2;
+/// Stored voxels on either side of the mean surface, at least.
+const LEAST_VOXELS: f64 = 1.8;
+/// Edge of a voxel in class millimetres, if the longest side allows it.
+const USUAL_SPACING: f64 = 3.3;
+/// Voxels along the longest side, at least and at most.
+const SIDE_VOXELS: [f64; 2] = [60.0, 90.0];
 
 /// How the training shapes' distances are measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,7 +85,9 @@ pub enum Error {
     #[error("the training shapes do not differ: a model needs shapes that vary")]
     NoVariation,
     /// A grid that is too large.
-    #[error("a voxel of {spacing} makes a grid of {sides:?} voxels, over 1024 a side: choose a larger --spacing")]
+    #[error(
+        "a voxel of {spacing} makes a grid of {sides:?} voxels, over 1024 a side: choose a larger --spacing"
+    )]
     TooFine {
         /// The voxel edge asked for.
         spacing: f64,
@@ -87,7 +95,9 @@ pub enum Error {
         sides: [usize; 3],
     },
     /// Nothing common to the shapes.
-    #[error("the training shapes have no surface in common: are they of one class, and in one pose (--align)?")]
+    #[error(
+        "the training shapes have no surface in common: are they of one class, and in one pose (--align)?"
+    )]
     NoBand,
     /// Too many bricks or bytes.
     #[error("the model would have {0} bricks, at most 65534 can be stored: choose a larger --spacing")]
@@ -113,7 +123,11 @@ fn area(mesh: &Mesh) -> f64 {
 ///
 /// # Errors
 /// Shapes that cannot make a model; see [`Error`].
-pub fn train(shapes: &[Mesh], settings: &Settings, progress: &(dyn Fn(u64, u64) + Sync)) -> Result<Vec<u8>, Error> {
+pub fn train(
+    shapes: &[Mesh],
+    settings: &Settings,
+    progress: &(dyn Fn(u64, u64) + Sync),
+) -> Result<Vec<u8>, Error> {
     if shapes.len() < 2 {
         return Err(Error::TooFew(shapes.len()));
     }
@@ -179,12 +193,13 @@ impl Plan {
         let millimetre = class_millimetre(shapes);
         let (low, high) = bounds(shapes);
         let size = (high - low).max();
-        let spacing = settings.spacing.unwrap_or(size / 75.0);
+        let spacing = settings.spacing.unwrap_or_else(|| usual_spacing(millimetre, size));
         let stride = settings.stride.unwrap_or(((10.0 * millimetre / spacing).round() as u8).clamp(1, 4));
         let brick = if stride == 3 { 6 } else { 8 };
         let [behind, front] = settings.band.map(|b| b * millimetre);
-        let band = Band { behind, front, spread: settings.spread };
-        let margin = behind.max(front) + 12.0 * millimetre + spacing;
+        let band = Band { behind, front, spread: settings.spread, least: LEAST_VOXELS * spacing };
+
+        let margin = behind.max(front) + 12.0 * millimetre + 3.0 * spacing;
         let sides: [usize; 3] = std::array::from_fn(|axis| {
             let voxels = ((high[axis] - low[axis] + 2.0 * margin) / spacing).ceil() as usize + 1;
             voxels.div_ceil(brick) * brick
@@ -220,7 +235,13 @@ impl Plan {
         (0..candidates).into_par_iter().filter(stored).collect()
     }
 
-    fn encode(&self, settings: &Settings, voxels: &[u32], pca: pca::Pca, shapes: usize) -> Result<Vec<u8>, Error> {
+    fn encode(
+        &self,
+        settings: &Settings,
+        voxels: &[u32],
+        pca: pca::Pca,
+        shapes: usize,
+    ) -> Result<Vec<u8>, Error> {
         let crop = self.crop(voxels);
         let h = self.lattice.spacing;
         let moved: Vec<u32> = voxels.iter().map(|&place| crop.moved(&self.lattice, place)).collect();
@@ -289,8 +310,12 @@ impl Plan {
                 high[axis] = high[axis].max(v);
             }
         }
-        let sides = std::array::from_fn(|axis| (high[axis] + 1 - low[axis]).div_ceil(self.brick) * self.brick);
-        Crop { low, lattice: Lattice { origin: self.lattice.point(low), spacing: self.lattice.spacing, sides } }
+        let sides =
+            std::array::from_fn(|axis| (high[axis] + 1 - low[axis]).div_ceil(self.brick) * self.brick);
+        Crop {
+            low,
+            lattice: Lattice { origin: self.lattice.point(low), spacing: self.lattice.spacing, sides },
+        }
     }
 }
 
@@ -312,12 +337,15 @@ struct Band {
     behind: f64,
     front: f64,
     spread: f64,
+    /// At least this far on both sides: marching cubes needs whole cells around the surface.
+    least: f64,
 }
 
 impl Band {
     fn holds(&self, at: &Moments, slack: f64) -> bool {
-        let wider = self.spread * at.deviation + slack;
-        at.mean >= -self.behind - wider && at.mean <= self.front + wider
+        let wider = self.spread * at.deviation;
+        let reach = |base: f64| (base + wider).max(self.least) + slack;
+        at.mean >= -reach(self.behind) && at.mean <= reach(self.front)
     }
 }
 
@@ -345,6 +373,11 @@ fn coarse(surfaces: &[Surface], nodes: &Lattice) -> Vec<Moments> {
     let places: Vec<u32> = (0..nodes.len() as u32).collect();
     let volumes: Vec<Volume> = surfaces.par_iter().map(|s| volume::sample(s, nodes, &places)).collect();
     (0..nodes.len()).map(|i| Moments::of(&volumes, i)).collect()
+}
+
+/// Voxel edge for a class: finer for slender shapes, within bounds.
+fn usual_spacing(millimetre: f64, size: f64) -> f64 {
+    (USUAL_SPACING * millimetre).clamp(size / SIDE_VOXELS[1], size / SIDE_VOXELS[0])
 }
 
 /// Bounds of all shapes.

@@ -1,0 +1,81 @@
+//! Times of the kernels: `cargo bench -p lacuna-tests`.
+
+use divan::{Bencher, black_box};
+use lacuna::{Arithmetic, Fixed, Float, HullBuilder, Reach, Sizes};
+use lacuna_host::fit::{Fit, dense, fit};
+use lacuna_host::io::{Format, parse};
+use lacuna_host::mesh::{Mesh, Point};
+use lacuna_host::register::register;
+use lacuna_host::surface::{Volume, marching_cubes};
+use lacuna_host::synth::Head;
+use lacuna_host::train::distance::Surface;
+use lacuna_tests::buffers::Lent;
+use lacuna_tests::{default_schedule, head_points, in_voxels, model, voxel_pose};
+
+fn main() {
+    divan::main();
+}
+
+/// A whole head through hull, global fit, local fit and both sets of distances.
+fn whole_fit<A: Arithmetic>() -> Fit {
+    let model = model();
+    let (reach, schedule) = (Reach::of(&model), default_schedule(&model));
+    fit::<A>(&model, &head_points(1000), &voxel_pose(&model), reach, schedule).unwrap()
+}
+
+#[divan::bench(sample_count = 20)]
+fn surface_of_distances(bencher: Bencher) {
+    let model = model();
+    let values = dense(&model, &whole_fit::<Fixed>().local_distances);
+    let volume = Volume { dims: model.grid().sides().map(usize::from), values: &values };
+    bencher.bench(|| marching_cubes(black_box(&volume), &Point::origin(), 3.3));
+}
+
+#[divan::bench(sample_count = 20)]
+fn thousand_closest_points(bencher: Bencher) {
+    let surface = Surface::new(&Head::sample(1, 1000).mesh()).unwrap();
+    let points = Head::sample(1, 1001).mesh().points;
+    let ask = |p: &Point| surface.distance(black_box(p), f64::INFINITY).map_or(0.0, |d| d.value);
+    bencher.bench(|| points.iter().take(1000).map(ask).sum::<f64>());
+}
+
+#[divan::bench(sample_count = 20)]
+fn hull_of_a_head(bencher: Bencher) {
+    let model = model();
+    let points = in_voxels(&head_points(1000), &voxel_pose(&model));
+    let (mut targets, mut keys) = (vec![0; model.voxels()], vec![0; model.voxels()]);
+    bencher.bench_local(|| {
+        let mut builder = HullBuilder::new(&model, Reach::of(&model), &mut targets, &mut keys).unwrap();
+        points.iter().for_each(|&(point, normal)| builder.add(point, normal));
+        builder.finish().count
+    });
+}
+
+#[divan::bench(sample_count = 20)]
+fn hull_and_global_fit(bencher: Bencher) {
+    let model = model();
+    let points = head_points(1000);
+    let mut lent = Lent::new(&Sizes::required(&model, &default_schedule(&model)).unwrap());
+    bencher.bench_local(|| lent.global(&model, &points, &voxel_pose(&model)));
+}
+
+#[divan::bench(sample_count = 10)]
+fn local_fit_fixed(bencher: Bencher) {
+    let model = model();
+    let mut lent = Lent::new(&Sizes::required(&model, &default_schedule(&model)).unwrap());
+    lent.global(&model, &head_points(1000), &voxel_pose(&model)).unwrap();
+    bencher.bench_local(|| lent.local(&model, default_schedule(&model)));
+}
+
+/// The whole fit in either arithmetic: hull and global fit are the same, the local fit is the difference.
+#[divan::bench(types = [Fixed, Float], sample_count = 10)]
+fn whole_fit_in<A: Arithmetic>() -> u32 {
+    whole_fit::<A>().digests.distances
+}
+
+#[divan::bench(sample_count = 5)]
+fn registration(bencher: Bencher) {
+    let model = model();
+    let scan: Mesh = parse(Format::Ply, lacuna_fixtures::SCAN).unwrap();
+    bencher.bench(|| register(&model, black_box(&scan), 1).unwrap().inliers);
+}

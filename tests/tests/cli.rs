@@ -1,0 +1,128 @@
+//! What the program does when all is well: files, numbers, exit code 0.
+
+use lacuna_tests::degrees_between;
+use lacuna_tests::program::{files, json, lacuna, succeeds};
+use serde_json::Value;
+use std::path::Path;
+use tempfile::tempdir;
+
+fn matrix(value: &Value) -> [[f64; 4]; 4] {
+    serde_json::from_value(value.clone()).expect("a 4 x 4 matrix")
+}
+
+fn scan(folder: &Path, head: &str, view: &str) -> Value {
+    json(folder, &["synth", "scan", "scan", "--head", head, "--view", view, "--small", "--json"])
+}
+
+#[test]
+fn complete_without_arguments_writes_mesh_and_picture() {
+    let folder = tempdir().unwrap();
+    let text = succeeds(folder.path(), &["complete"]);
+    assert_eq!(files(folder.path()), ["completed.ply", "completed.png"]);
+    let mesh = lacuna_host::io::read(&folder.path().join("completed.ply")).unwrap();
+    assert!(mesh.triangles.len() > 1000);
+    let picture = std::fs::read(folder.path().join("completed.png")).unwrap();
+    assert!(picture.starts_with(b"\x89PNG\r\n\x1a\n"));
+    for word in ["verdict", "inliers", "seen part", "inferred part", "weights"] {
+        assert!(text.contains(word), "{word} is not reported:\n{text}");
+    }
+}
+
+#[test]
+fn complete_labels_every_vertex_measured_or_inferred() {
+    let folder = tempdir().unwrap();
+    let report = json(folder.path(), &["complete", "--json", "--no-picture"]);
+    let file = std::fs::read(folder.path().join("completed.ply")).unwrap();
+    let end = file.windows(11).position(|w| w == b"end_header\n").expect("a PLY header");
+    let header = String::from_utf8_lossy(&file[..end]);
+    for property in ["red", "label", "distance"] {
+        assert!(header.contains(&format!(" {property}\n")), "{property} is missing:\n{header}");
+    }
+    let (measured, all) = (&report["measured_vertices"], &report["vertices"]);
+    assert!(0 < measured.as_u64().unwrap() && measured.as_u64() < all.as_u64());
+}
+
+#[test]
+fn complete_json_carries_the_verdict() {
+    let folder = tempdir().unwrap();
+    let report = json(folder.path(), &["complete", "--json"]);
+    assert_eq!(report["verdict"]["grade"], "good", "{report:#}");
+    for number in ["inlier_share", "seen_rms", "inferred_share", "weight_norm"] {
+        assert!(report["verdict"][number].is_number(), "{number}: {report:#}");
+    }
+    assert_eq!(report["output"], "completed.ply");
+}
+
+#[test]
+fn pure_model_surfaces_are_written_on_request() {
+    let folder = tempdir().unwrap();
+    let arguments = ["--no-picture", "--local-surface", "local.ply", "--global-surface", "global.ply"];
+    succeeds(folder.path(), &[&["complete"], arguments.as_slice()].concat());
+    assert_eq!(files(folder.path()), ["completed.ply", "global.ply", "local.ply"]);
+}
+
+#[test]
+fn a_pipe_gets_no_progress_bars() {
+    let folder = tempdir().unwrap();
+    succeeds(folder.path(), &["synth", "heads", "heads", "--count", "4"]);
+    let arguments = ["train", "heads", "-o", "m.lacuna", "--spacing", "9"];
+    let output = lacuna(folder.path(), &arguments);
+    for stream in [&output.stdout, &output.stderr] {
+        assert!(!stream.contains(&0x1b) && !stream.contains(&b'\r'), "{}", String::from_utf8_lossy(stream));
+    }
+    assert!(output.status.success() && output.stderr.is_empty());
+}
+
+#[test]
+fn wrong_usage_exits_with_2() {
+    let folder = tempdir().unwrap();
+    let wrong: [&[&str]; 7] = [
+        &[],
+        &["compete"],
+        &["complete", "--no-such-option"],
+        &["complete", "--threads", "0"],
+        &["complete", "--unit", "ell"],
+        &["complete", "--finer", "9"],
+        &["train", "-o", "m.lacuna"],
+    ];
+    for arguments in wrong {
+        let output = lacuna(folder.path(), arguments);
+        assert_eq!(output.status.code(), Some(2), "lacuna {arguments:?}");
+        assert!(!output.stderr.is_empty());
+    }
+    assert!(files(folder.path()).is_empty());
+}
+
+#[test]
+fn inspect_json_describes_the_built_in_model() {
+    let folder = tempdir().unwrap();
+    let report = json(folder.path(), &["inspect", "--json"]);
+    let model = lacuna_tests::model();
+    assert_eq!(report["checksum"], format!("{:08x}", model.checksum()));
+    assert_eq!(report["modes"], model.modes());
+    assert_eq!(report["voxels"], model.voxels());
+    assert_eq!((&report["shapes"], &report["unit"]), (&30.into(), &"mm".into()));
+}
+
+#[test]
+fn register_finds_the_pose_of_a_synthetic_scan() {
+    let folder = tempdir().unwrap();
+    for (head, view) in [("1000", "front"), ("1001", "side")] {
+        let truth = matrix(&scan(folder.path(), head, view)["truth"]["scan_to_model"]);
+        let found = json(folder.path(), &["register", "scan/mesh.ply", "--json"]);
+        let degrees = degrees_between(&truth, &matrix(&found["scan_to_model"]));
+        assert!(degrees < 5.0, "head {head} from the {view}: {degrees:.1} degrees off");
+        assert!(found["inlier_share"].as_f64().unwrap() > 0.5);
+    }
+}
+
+#[test]
+fn mesh_points_and_depth_image_of_one_scan_find_the_same_pose() {
+    let folder = tempdir().unwrap();
+    let truth = matrix(&scan(folder.path(), "1002", "front")["truth"]["scan_to_model"]);
+    for file in ["scan/mesh.ply", "scan/points.ply", "scan/scan.json", "scan"] {
+        let found = json(folder.path(), &["register", file, "--json"]);
+        let degrees = degrees_between(&truth, &matrix(&found["scan_to_model"]));
+        assert!(degrees < 5.0, "{file}: {degrees:.1} degrees off");
+    }
+}

@@ -1,0 +1,156 @@
+//! What the program does with data it cannot use: a sentence that names the file, exit code 1, no file left.
+
+use lacuna_host::io::{Format, PlyOut, parse, write_ply};
+use lacuna_tests::program::{files, lacuna, refuses};
+use std::path::Path;
+use tempfile::{TempDir, tempdir};
+
+/// A folder with one file in it.
+fn folder_with(name: &str, bytes: &[u8]) -> TempDir {
+    let folder = tempdir().unwrap();
+    std::fs::write(folder.path().join(name), bytes).unwrap();
+    folder
+}
+
+fn assert_says(complaint: &str, words: &[&str]) {
+    for word in words {
+        assert!(complaint.contains(word), "no \"{word}\" in: {complaint}");
+    }
+}
+
+/// The example scan times a factor.
+fn scaled_scan(folder: &Path, factor: f64) {
+    let mut mesh = parse(Format::Ply, lacuna_fixtures::SCAN).unwrap();
+    mesh.points.iter_mut().for_each(|p| *p *= factor);
+    write_ply(&folder.join("scan.ply"), &PlyOut::new(&mesh)).unwrap();
+}
+
+fn ply(vertices: &[&str], faces: &[&str]) -> String {
+    let header = format!(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n\
+         element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        vertices.len(),
+        faces.len()
+    );
+    [&[header.trim_end()], vertices, faces].concat().join("\n") + "\n"
+}
+
+#[test]
+fn a_missing_scan_is_named() {
+    let folder = tempdir().unwrap();
+    assert_says(&refuses(folder.path(), &["complete", "nowhere.ply"]), &["nowhere.ply"]);
+    assert_says(&refuses(folder.path(), &["register", "nowhere.ply"]), &["nowhere.ply"]);
+}
+
+#[test]
+fn a_missing_model_is_named() {
+    let folder = tempdir().unwrap();
+    assert_says(&refuses(folder.path(), &["complete", "--model", "nowhere.lacuna"]), &["nowhere.lacuna"]);
+    assert_says(&refuses(folder.path(), &["inspect", "nowhere.lacuna"]), &["nowhere.lacuna"]);
+}
+
+#[test]
+fn an_empty_mesh_is_refused() {
+    let folder = folder_with("empty.ply", ply(&[], &[]).as_bytes());
+    assert_says(&refuses(folder.path(), &["complete", "empty.ply"]), &["empty.ply"]);
+    std::fs::write(folder.path().join("nothing.ply"), b"").unwrap();
+    assert_says(&refuses(folder.path(), &["complete", "nothing.ply"]), &["nothing.ply"]);
+}
+
+#[test]
+fn a_vertex_that_is_not_a_number_is_refused() {
+    let folder = folder_with("nan.ply", ply(&["0 0 0", "1 nan 0", "0 1 0"], &["3 0 1 2"]).as_bytes());
+    assert_says(&refuses(folder.path(), &["complete", "nan.ply"]), &["nan.ply"]);
+    assert_says(&refuses(folder.path(), &["train", "nan.ply", "nan.ply", "-o", "m.lacuna"]), &["nan.ply"]);
+}
+
+#[test]
+fn a_single_triangle_is_refused() {
+    let folder = folder_with("one.ply", ply(&["0 0 0", "200 0 0", "0 200 0"], &["3 0 1 2"]).as_bytes());
+    assert_says(&refuses(folder.path(), &["complete", "one.ply"]), &["points"]);
+}
+
+#[test]
+fn a_scan_is_not_a_model() {
+    let folder = folder_with("scan.ply", lacuna_fixtures::SCAN);
+    let complaint = refuses(folder.path(), &["complete", "--model", "scan.ply"]);
+    assert_says(&complaint, &["scan.ply", "not a Lacuna model"]);
+    refuses(folder.path(), &["inspect", "scan.ply"]);
+}
+
+#[test]
+fn a_truncated_model_is_refused() {
+    for length in [0, 7, 20, 5000, lacuna_fixtures::MODEL.len() - 1] {
+        let folder = folder_with("short.lacuna", &lacuna_fixtures::MODEL[..length]);
+        assert_says(&refuses(folder.path(), &["complete", "-m", "short.lacuna"]), &["short.lacuna"]);
+    }
+}
+
+#[test]
+fn a_model_with_a_flipped_bit_is_refused() {
+    let mut bytes = lacuna_fixtures::MODEL.to_vec();
+    bytes[100_000] ^= 4;
+    let folder = folder_with("flipped.lacuna", &bytes);
+    assert_says(&refuses(folder.path(), &["complete", "-m", "flipped.lacuna"]), &["flipped.lacuna", "damaged"]);
+}
+
+#[test]
+fn a_scan_of_another_unit_is_refused_with_its_size() {
+    for (factor, unit) in [(1e3, "micrometres"), (1e-3, "metres")] {
+        let folder = tempdir().unwrap();
+        scaled_scan(folder.path(), factor);
+        let complaint = refuses(folder.path(), &["complete", "scan.ply"]);
+        assert_says(&complaint, &["scan", "long", unit, "--unit"]);
+    }
+}
+
+#[test]
+fn a_scan_of_another_unit_is_named() {
+    let folder = tempdir().unwrap();
+    scaled_scan(folder.path(), 1e3);
+    assert_says(&refuses(folder.path(), &["complete", "scan.ply"]), &["scan.ply"]);
+}
+
+#[test]
+fn the_unit_asked_for_is_accepted() {
+    let folder = tempdir().unwrap();
+    scaled_scan(folder.path(), 1e-3);
+    let output = lacuna(folder.path(), &["complete", "scan.ply", "--unit", "m", "--no-picture"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let mesh = lacuna_host::io::read(&folder.path().join("completed.ply")).unwrap();
+    let (low, high) = mesh.bounds().unwrap();
+    assert!((high - low).max() < 1.0, "the result is in the scan's unit");
+}
+
+#[test]
+fn a_missing_output_folder_is_named() {
+    let folder = tempdir().unwrap();
+    let complaint = refuses(folder.path(), &["complete", "-o", "no/such/folder/completed.ply"]);
+    assert_says(&complaint, &["no/such/folder/completed.ply"]);
+}
+
+#[test]
+fn a_picture_that_cannot_be_written_leaves_no_mesh() {
+    let folder = tempdir().unwrap();
+    let complaint = refuses(folder.path(), &["complete", "--picture", "no/such/folder/picture.png"]);
+    assert_says(&complaint, &["no/such/folder/picture.png"]);
+}
+
+#[test]
+fn a_full_disk_is_told() {
+    if !Path::new("/dev/full").exists() {
+        println!("skipped: no /dev/full here");
+        return;
+    }
+    let folder = tempdir().unwrap();
+    let complaint = refuses(folder.path(), &["complete", "--no-picture", "-o", "/dev/full"]);
+    assert_says(&complaint, &["/dev/full", "full"]);
+}
+
+#[test]
+fn an_older_result_survives_a_failure() {
+    let folder = folder_with("completed.ply", b"an older result");
+    refuses(folder.path(), &["complete", "nowhere.ply"]);
+    assert_eq!(std::fs::read(folder.path().join("completed.ply")).unwrap(), b"an older result");
+    assert_eq!(files(folder.path()), ["completed.ply"]);
+}

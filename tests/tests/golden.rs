@@ -1,0 +1,48 @@
+//! The same bits on every build. Run it in debug and release, and on every target there is: only then is it a
+//! test of portability.
+
+use lacuna_tests::program::{json, succeeds};
+use std::collections::BTreeSet;
+use tempfile::tempdir;
+
+#[test]
+fn this_build_computes_the_golden_bits() {
+    let folder = tempdir().unwrap();
+    let reports = json(folder.path(), &["verify", "--json"]);
+    let reports = reports.as_array().expect("a list of cases");
+    assert!(reports.len() >= 4);
+    for report in reports {
+        let (case, digests) = (&report["case"], &report["digests"]);
+        assert_eq!(digests, &report["golden"], "case {case}: not the golden digests");
+    }
+}
+
+#[test]
+fn golden_cases_have_distinct_names() {
+    let names: BTreeSet<&str> = lacuna_fixtures::GOLDEN.iter().map(|golden| golden.name).collect();
+    assert_eq!(names.len(), lacuna_fixtures::GOLDEN.len());
+}
+
+#[test]
+fn the_number_of_threads_changes_no_bit() {
+    let run = |threads: &str| {
+        let folder = tempdir().unwrap();
+        let report = json(folder.path(), &["complete", "--json", "--no-picture", "--threads", threads]);
+        let mesh = std::fs::read(folder.path().join("completed.ply")).unwrap();
+        (report["digests"].clone(), report["verdict"].clone(), mesh)
+    };
+    let (one, two) = (run("1"), run("2"));
+    assert_eq!(one.0, two.0, "digests");
+    assert_eq!(one.1, two.1, "verdict");
+    assert!(one.2 == two.2, "completed.ply");
+}
+
+#[test]
+fn a_second_run_writes_the_same_picture() {
+    let picture = || {
+        let folder = tempdir().unwrap();
+        succeeds(folder.path(), &["complete"]);
+        std::fs::read(folder.path().join("completed.png")).unwrap()
+    };
+    assert!(picture() == picture());
+}

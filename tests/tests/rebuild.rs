@@ -1,0 +1,39 @@
+//! The built-in model follows from seeds: rebuilt here as `lacuna synth heads` and `lacuna train` make it, and
+//! compared byte by byte.
+
+use lacuna::Model;
+use lacuna_host::io::{self, PlyOut, write_ply};
+use lacuna_host::mesh::Mesh;
+use lacuna_host::synth::Head;
+use lacuna_host::train::align::{Align, align};
+use lacuna_host::train::{Settings, train};
+
+/// Heads as they come back from the files that `lacuna synth heads` writes: coordinates are single precision.
+fn heads(count: u64) -> Vec<Mesh> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("head.ply");
+    let through_file = |number| {
+        write_ply(&path, &PlyOut::new(&Head::sample(1, number).mesh())).unwrap();
+        io::read(&path).unwrap()
+    };
+    (0..count).map(through_file).collect()
+}
+
+#[test]
+fn the_built_in_model_is_what_its_seeds_make() {
+    let aligned = align(&heads(30), Align::Auto, 1, &|_, _| ()).unwrap();
+    assert!(!aligned.moved, "the heads are in one pose");
+    let settings = Settings { class: "head".into(), spacing: Some(3.3), ..Settings::default() };
+    let bytes = train(&aligned.shapes, &settings, &|_, _| ()).unwrap();
+    let (rebuilt, stored) = (Model::from_bytes(&bytes).unwrap(), lacuna_tests::model());
+    assert_eq!(rebuilt.header(), stored.header());
+    assert_eq!(bytes.len(), lacuna_fixtures::MODEL.len());
+    let differ = bytes.iter().zip(lacuna_fixtures::MODEL).position(|(a, b)| a != b);
+    assert_eq!(differ, None, "first byte that differs");
+}
+
+#[test]
+fn the_built_in_model_is_small_enough_to_be_committed() {
+    assert!(lacuna_fixtures::MODEL.len() <= 3 << 19, "1.5 MiB");
+    assert_eq!(lacuna_tests::model().header().shapes, 30);
+}
