@@ -35,7 +35,7 @@ impl Reach {
     pub fn of(model: &Model<'_>) -> Self {
         let scales = &model.header().scales;
         let units = |voxels: f32| (voxels * ONE) as u16;
-        Self { front: units(scales.front), behind: units(scales.behind), lateral: 180 }
+        Self { front: units(scales.front), behind: units(scales.behind), lateral: 256 }
     }
 }
 
@@ -51,7 +51,13 @@ impl Target {
     #[inline]
     pub const fn new(distance: i32, weight: i32) -> Self {
         let limit = RESIDUAL_LIMIT;
-        let distance = if distance > limit { limit } else if distance < -limit { -limit } else { distance };
+        let distance = if distance > limit {
+            limit
+        } else if distance < -limit {
+            -limit
+        } else {
+            distance
+        };
         Self(((distance << 4) | ((weight - 1) & 15)) as i16)
     }
 
@@ -117,9 +123,10 @@ impl<'m, 'b> HullBuilder<'m, 'b> {
     /// are not of unit length are left out.
     pub fn add(&mut self, point: [f32; 3], normal: [f32; 3]) {
         let length = normal.iter().map(|n| n * n).sum::<f32>();
-        let inside = point.iter().zip(self.model.grid().sides()).all(|(&p, side)| {
-            p > -8.0 && p < f32::from(side) + 8.0
-        });
+        let inside = point
+            .iter()
+            .zip(self.model.grid().sides())
+            .all(|(&p, side)| p > -8.0 && p < f32::from(side) + 8.0);
         if !inside || !((0.98..1.02).contains(&length)) {
             return;
         }

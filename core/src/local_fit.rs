@@ -229,7 +229,9 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         terms.fold(0, |sum: u32, ((&b, &e), &gain)| {
             let b = i32::from(b as i8);
             let square = (b * b) as u32;
-            sum.wrapping_add(square.wrapping_mul(u32::from(gain)) >> (2 * u32::from(e)).saturating_sub(4).min(31))
+            sum.wrapping_add(
+                square.wrapping_mul(u32::from(gain)) >> (2 * u32::from(e)).saturating_sub(4).min(31),
+            )
         })
     }
 
@@ -314,7 +316,13 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
     }
 
     #[inline]
-    fn row_gradient(&self, brick: &Brick<'_>, cell: &Cell, [y, z]: [u8; 2], group: usize) -> [[A::Sum; GROUP]; 2] {
+    fn row_gradient(
+        &self,
+        brick: &Brick<'_>,
+        cell: &Cell,
+        [y, z]: [u8; 2],
+        group: usize,
+    ) -> [[A::Sum; GROUP]; 2] {
         let q = self.stride.voxels;
         let mut near = [A::Sum::default(); GROUP];
         let mut far = near;
@@ -377,9 +385,14 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
             weights: self.weights,
             modes: self.model.modes(),
         };
-        field.walk(brick, self.cell, |_| true, |voxel, sum| {
-            visit(brick.first + voxel, A::distance(brick.mean(voxel), sum));
-        });
+        field.walk(
+            brick,
+            self.cell,
+            |_| true,
+            |voxel, sum| {
+                visit(brick.first + voxel, A::distance(brick.mean(voxel), sum));
+            },
+        );
     }
 
     /// K weights for each active node, mode fastest.

@@ -28,8 +28,11 @@ pub(crate) fn zip(a: [f32; 3], b: [f32; 3], f: impl Fn(f32, f32) -> f32) -> [f32
 
 impl Pose {
     /// The pose that leaves everything where it is.
-    pub const IDENTITY: Self =
-        Self { rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], scale: 1.0, translation: [0.0; 3] };
+    pub const IDENTITY: Self = Self {
+        rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        scale: 1.0,
+        translation: [0.0; 3],
+    };
 
     /// s R p + t.
     pub fn apply(&self, p: [f32; 3]) -> [f32; 3] {
@@ -102,7 +105,8 @@ mod tests {
 
     #[test]
     fn a_quarter_turn_takes_x_to_y() {
-        let pose = Pose::IDENTITY.moved([0.0; 3], [0.0, 0.0, core::f32::consts::FRAC_PI_2], 0.0, [1.0, 2.0, 3.0]);
+        let pose =
+            Pose::IDENTITY.moved([0.0; 3], [0.0, 0.0, core::f32::consts::FRAC_PI_2], 0.0, [1.0, 2.0, 3.0]);
         let q = pose.apply([1.0, 0.0, 0.0]);
         assert!(zip(q, [1.0, 3.0, 3.0], |a, b| (a - b).abs()).iter().all(|&d| d < 1e-6), "{q:?}");
         assert!(pose.is_valid());

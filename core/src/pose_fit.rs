@@ -194,7 +194,8 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         for &point in points {
             let q = self.pose.apply(point);
             let row = self.buffers.row.get_mut(..unknowns).unwrap_or(&mut []);
-            let Some((residual, weight)) = fill_row(self.model, q, centre, round, self.buffers.weights, row) else {
+            let Some((residual, weight)) = fill_row(self.model, q, centre, round, self.buffers.weights, row)
+            else {
                 continue;
             };
             self.running.weight += weight;

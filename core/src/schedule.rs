@@ -38,17 +38,15 @@ pub const MOMENTUM: [Pass<'static>; 3] = [
 /// kernels) and 0.009..1.15 (none), in Leja order so that rounding is not amplified on the way, damp all
 /// of them as well as momentum does, without its second copy of the weights (measured on complete faces:
 /// 0.13 mm either way, 562 instead of 796 KiB).
-pub const DEFAULT: [Pass<'static>; 3] = [
-    Pass { radius: 3, steps: &SHORT },
-    Pass { radius: 1, steps: &SHORT },
-    Pass { radius: 0, steps: &LONG },
-];
+pub const DEFAULT: [Pass<'static>; 3] =
+    [Pass { radius: 3, steps: &SHORT }, Pass { radius: 1, steps: &SHORT }, Pass { radius: 0, steps: &LONG }];
 
 /// Chebyshev steps for 4 iterations, eigenvalues within 0.02..1.15.
 const SHORT: [f32; 4] = [0.9033, 15.8710, 1.2481, 2.7116];
 /// Chebyshev steps for 16 iterations, eigenvalues within 0.009..1.15.
 const LONG: [f32; 16] = [
-    0.8716, 85.1273, 1.5738, 3.2199, 1.0622, 7.2203, 0.9237, 1.9099, 13.0952, 1.1786, 0.8885, 4.5960, 1.3421, 29.7925, 0.9799, 2.4161,
+    0.8716, 85.1273, 1.5738, 3.2199, 1.0622, 7.2203, 0.9237, 1.9099, 13.0952, 1.1786, 0.8885, 4.5960, 1.3421,
+    29.7925, 0.9799, 2.4161,
 ];
 
 impl<'a> Schedule<'a> {
@@ -85,7 +83,10 @@ mod tests {
     /// Largest |Π (1 - λ μ)| over the eigenvalues.
     fn worst(steps: &[f32], low: f64, high: f64) -> f64 {
         let left = |l: f64| steps.iter().fold(1.0, |p: f64, &mu| p * (1.0 - l * f64::from(mu)));
-        (0..=1000).map(|i| low + (high - low) * f64::from(i) / 1000.0).map(|l| left(l).abs()).fold(0.0, f64::max)
+        (0..=1000)
+            .map(|i| low + (high - low) * f64::from(i) / 1000.0)
+            .map(|l| left(l).abs())
+            .fold(0.0, f64::max)
     }
 
     #[test]

@@ -2,8 +2,10 @@
 
 use crate::in_voxels;
 use lacuna::error::Buffer;
-use lacuna::{Error, Fixed, GlobalFit, HullBuilder, LocalFit, Model, Pose, Reach, Schedule, Sizes, Workspace};
 use lacuna::{Arithmetic, hull::Hull};
+use lacuna::{
+    Error, Fixed, GlobalFit, HullBuilder, LocalFit, Model, Pose, Reach, Schedule, Sizes, Workspace,
+};
 use lacuna_host::points::OrientedPoints;
 
 /// All buffers of a fit, in fixed point.

@@ -65,12 +65,6 @@ fn a_vertex_that_is_not_a_number_is_refused() {
 }
 
 #[test]
-fn a_single_triangle_is_refused() {
-    let folder = folder_with("one.ply", ply(&["0 0 0", "200 0 0", "0 200 0"], &["3 0 1 2"]).as_bytes());
-    assert_says(&refuses(folder.path(), &["complete", "one.ply"]), &["points"]);
-}
-
-#[test]
 fn a_scan_is_not_a_model() {
     let folder = folder_with("scan.ply", lacuna_fixtures::SCAN);
     let complaint = refuses(folder.path(), &["complete", "--model", "scan.ply"]);
@@ -91,7 +85,10 @@ fn a_model_with_a_flipped_bit_is_refused() {
     let mut bytes = lacuna_fixtures::MODEL.to_vec();
     bytes[100_000] ^= 4;
     let folder = folder_with("flipped.lacuna", &bytes);
-    assert_says(&refuses(folder.path(), &["complete", "-m", "flipped.lacuna"]), &["flipped.lacuna", "damaged"]);
+    assert_says(
+        &refuses(folder.path(), &["complete", "-m", "flipped.lacuna"]),
+        &["flipped.lacuna", "damaged"],
+    );
 }
 
 #[test]
@@ -127,13 +124,6 @@ fn a_missing_output_folder_is_named() {
     let folder = tempdir().unwrap();
     let complaint = refuses(folder.path(), &["complete", "-o", "no/such/folder/completed.ply"]);
     assert_says(&complaint, &["no/such/folder/completed.ply"]);
-}
-
-#[test]
-fn a_picture_that_cannot_be_written_leaves_no_mesh() {
-    let folder = tempdir().unwrap();
-    let complaint = refuses(folder.path(), &["complete", "--picture", "no/such/folder/picture.png"]);
-    assert_says(&complaint, &["no/such/folder/picture.png"]);
 }
 
 #[test]

@@ -82,12 +82,11 @@ fn without_momentum_no_previous_weights_are_needed() {
 
 #[test]
 fn a_model_of_real_faces_is_within_the_budget() {
-    let (Some(folder), Some(target)) =
-        (real_data("faces/train"), real_data("faces/targets/target_00.ply"))
+    let (Some(folder), Some(target)) = (real_data("faces/train"), real_data("faces/targets/target_00.ply"))
     else {
         return;
     };
-    let shape = |i: u32| io::read(&folder.join(format!("train_{i:02}.ply"))).unwrap();
+    let shape = |i: u32| io::read(&folder.join(format!("train_{i:03}.ply"))).unwrap();
     let shapes: Vec<Mesh> = (0..30).map(shape).collect();
     let settings = Settings { spacing: Some(3.3), unit: Unit::Millimetre, ..Settings::default() };
     let bytes = train(&shapes, &settings, &|_, _| ()).unwrap();

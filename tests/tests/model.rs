@@ -35,8 +35,7 @@ fn every_truncation_is_refused() {
     for length in positions(1000) {
         let found = length as u32;
         let expected = MODEL.len() as u32;
-        let error =
-            if length < PREFIX { Error::NotAModel } else { Error::WrongLength { expected, found } };
+        let error = if length < PREFIX { Error::NotAModel } else { Error::WrongLength { expected, found } };
         assert_eq!(Model::from_bytes(&MODEL[..length]).expect_err("a short file"), error);
     }
 }

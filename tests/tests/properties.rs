@@ -21,6 +21,9 @@ fn synthesise(model: &Model<'_>, weights: &[f64]) -> Vec<f64> {
     distances
 }
 
+/// Next to no prior: with the model's own, weak modes are drawn towards the mean, which is what it is for.
+const RIDGE: f32 = 1e-9;
+
 /// Full weight at every voxel whose distance a target can hold.
 fn targets(distances: &[f64]) -> Vec<i16> {
     let target = |&d: &f64| if d.abs() < 2047.0 { Target::new(d.round() as i32, 16) } else { Target(0) };
@@ -30,7 +33,7 @@ fn targets(distances: &[f64]) -> Vec<i16> {
 fn global_weights(model: &Model<'_>, targets: &[i16]) -> Vec<f64> {
     let length = normal_len(model.modes());
     let (mut normal, mut block, mut weights) = (vec![0.0; length], vec![0; length], vec![0.0; model.modes()]);
-    let fit = GlobalFit::new(model, Hull::new(targets), None, &mut normal, &mut block, &mut weights);
+    let fit = GlobalFit::new(model, Hull::new(targets), Some(RIDGE), &mut normal, &mut block, &mut weights);
     fit.unwrap().run().to_vec()
 }
 
@@ -39,7 +42,7 @@ fn weights() -> impl Strategy<Value = Vec<f64>> {
 }
 
 proptest! {
-    #![proptest_config(Config { cases: 6, failure_persistence: None, ..Config::default() })]
+    #![proptest_config(Config { cases: 6, failure_persistence: None, max_shrink_iters: 8, ..Config::default() })]
 
     #[test]
     fn the_hull_does_not_depend_on_the_order_of_points(
@@ -91,7 +94,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(Config { cases: 64, failure_persistence: None, ..Config::default() })]
+    #![proptest_config(Config { cases: 64, failure_persistence: None, max_shrink_iters: 8, ..Config::default() })]
 
     #[test]
     fn a_constant_field_stays_constant_inside(

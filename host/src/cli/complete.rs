@@ -83,7 +83,9 @@ impl Complete {
         let start = std::time::Instant::now();
         let progress = bar(2, "completing");
         progress.inc(0);
-        let completion = complete::<Fixed>(&model, &scan, &self.options(&model)?)?;
+        self.check_outputs()?;
+        let completion = complete::<Fixed>(&model, &scan, &self.options(&model)?)
+            .map_err(|error| inputs::named(self.scan.as_deref(), &error))?;
         let seconds = start.elapsed().as_secs_f64();
         progress.inc(1);
         self.write(&completion, &model, factor)?;
@@ -103,6 +105,25 @@ impl Complete {
             if self.momentum { (179, &schedule::MOMENTUM) } else { (0, &schedule::DEFAULT) };
         let schedule = Schedule { stride, momentum, passes };
         Ok(Options { hint, seed: self.seed, schedule, finer: usize::from(self.finer) })
+    }
+
+    /// Finds a missing folder before any work is done, so that no output is written without the others.
+    fn check_outputs(&self) -> Result<(), Failure> {
+        let picture = self.picture_path();
+        let outputs =
+            [Some(&self.output), picture.as_ref(), self.local_surface.as_ref(), self.global_surface.as_ref()];
+        for path in outputs.into_iter().flatten() {
+            let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+            if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+                let message = format!(
+                    "cannot write {}: the folder {} does not exist",
+                    path.display(),
+                    folder.display()
+                );
+                return Err(message.into());
+            }
+        }
+        Ok(())
     }
 
     fn picture_path(&self) -> Option<PathBuf> {

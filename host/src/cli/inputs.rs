@@ -101,6 +101,12 @@ pub fn scan(path: Option<&Path>) -> Result<Mesh, Failure> {
     Ok(mesh)
 }
 
+/// An error with the scan it belongs to.
+pub fn named(path: Option<&Path>, error: &dyn std::error::Error) -> Failure {
+    let name = path.map_or("the example scan".into(), |p| p.display().to_string());
+    format!("{name}: {error}").into()
+}
+
 /// All vertices times a factor.
 pub fn scaled(mut mesh: Mesh, factor: f64) -> Mesh {
     if factor != 1.0 {

@@ -41,7 +41,8 @@ impl Register {
         let factor = inputs::millimetres(unit) / inputs::millimetres(model.header().unit);
         let (scan, _) = clean(&inputs::scaled(inputs::scan(self.scan.as_deref())?, factor));
         let start = std::time::Instant::now();
-        let found = register::register(&model, &scan, self.seed)?;
+        let found = register::register(&model, &scan, self.seed)
+            .map_err(|error| inputs::named(self.scan.as_deref(), &error))?;
         let report = Report {
             scan_to_model: inputs::matrix(&found.placed, &model),
             scale: 1.0 / (f64::from(found.placed.pose.scale) * f64::from(model.header().spacing)),

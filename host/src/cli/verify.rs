@@ -38,9 +38,13 @@ impl Verify {
         } else {
             reports.iter().for_each(|report| say(&report.to_string()));
         }
+        let fixtures = self.scans.is_empty();
         let changed: Vec<String> = reports
             .iter()
-            .filter_map(|report| report.changed().first().map(|stage| format!("{} ({stage})", report.case)))
+            .filter_map(|report| match report.golden {
+                None if fixtures => Some(format!("{} (no golden digests)", report.case)),
+                _ => report.changed().first().map(|stage| format!("{} ({stage})", report.case)),
+            })
             .collect();
         if changed.is_empty() {
             return Ok(());

@@ -10,6 +10,8 @@ use rayon::prelude::*;
 
 /// Layers around the stored voxels that are extrapolated.
 const LAYERS: usize = 5;
+/// Largest difference between far field and mean, voxels, where the far field is relied on.
+const FAITHFUL: f32 = 0.35;
 
 /// A dense volume of distances in voxels, x fastest, NaN where unknown.
 pub struct Dense {
@@ -30,8 +32,21 @@ impl Dense {
         }
         let mut field =
             Self { sides: model.grid().sides().map(usize::from), values: dense(model, distances) };
-        let mut deviations: Vec<f32> =
-            field.values.iter().zip(dense(model, &means)).map(|(fitted, mean)| fitted - mean).collect();
+        let mean = dense(model, &means);
+        // Where the coarse far field misses the mean (thin parts), there is nothing to go on from.
+        let deviation = |i: usize| {
+            if mean[i].is_nan() {
+                return f32::NAN;
+            }
+            let voxel = [
+                i % field.sides[0],
+                i / field.sides[0] % field.sides[1],
+                i / field.sides[0] / field.sides[1],
+            ];
+            let far = sample::far(model, voxel.map(|v| v as f32)).map(|(far, _)| far);
+            far.filter(|far| (far - mean[i]).abs() < FAITHFUL).map_or(f32::NAN, |far| field.values[i] - far)
+        };
+        let mut deviations: Vec<f32> = (0..mean.len()).into_par_iter().map(deviation).collect();
         for _ in 0..LAYERS {
             let grown = field.grow(model, &deviations);
             for (i, deviation, value) in grown {

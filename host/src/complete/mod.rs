@@ -162,7 +162,8 @@ fn place(model: &Model<'_>, scan: &Mesh, options: &Options<'_>) -> Result<Regist
     }
 }
 
-/// Thinned points for the hull, centred; clutter is left out.
+/// Thinned points for the hull, centred. Clutter is left out where the jointly estimated shape tells it from
+/// the scan; the mean shape alone cannot (ears would go).
 fn hull_points(model: &Model<'_>, scan: &Mesh, registration: &Registration) -> OrientedPoints {
     let Placed { centre, pose } = registration.placed;
     let (found, points) = prepare(scan, HULL_CELL / f64::from(pose.scale));
@@ -172,10 +173,12 @@ fn hull_points(model: &Model<'_>, scan: &Mesh, registration: &Registration) -> O
     for (point, normal) in points.points.iter().zip(&points.normals) {
         let point = point + shift;
         let q = pose.apply(point.coords.map(|c| c as f32).into());
-        let clutter = sample::band(model, q, &registration.weights, None).is_some_and(|(d, gradient)| {
-            let steepness = gradient.iter().map(|g| g * g).sum::<f32>().sqrt().max(0.3);
-            d.abs() > reach * steepness
-        });
+        let known = !registration.weights.is_empty();
+        let clutter = known
+            && sample::band(model, q, &registration.weights, None).is_some_and(|(d, gradient)| {
+                let steepness = gradient.iter().map(|g| g * g).sum::<f32>().sqrt().max(0.3);
+                d.abs() > reach * steepness
+            });
         if !clutter {
             kept.points.push(point);
             kept.normals.push(*normal);
@@ -189,12 +192,23 @@ fn class_millimetre(model: &Model<'_>, placed: &Placed) -> f64 {
     f64::from(model.header().scales.millimetre) / f64::from(placed.pose.scale)
 }
 
-/// Inlier share and root mean square distance of the points from the fitted surface, in voxels.
-fn agreement(field: &Dense, points: &OrientedPoints, placed: &Placed, model: &Model<'_>) -> (f64, f64) {
+/// How the points lie on the fitted surface.
+struct Agreement {
+    /// Share of the points near the model that are within two class millimetres.
+    inliers: f64,
+    /// Their root mean square distance, voxels.
+    rms: f64,
+    /// Share of the points that are not near the model at all.
+    clutter: f64,
+}
+
+/// How the hull's points lie on the fitted surface.
+fn agreement(field: &Dense, points: &OrientedPoints, placed: &Placed, model: &Model<'_>) -> Agreement {
     let reach = 2.0 * f64::from(model.header().scales.millimetre);
-    let (mut inliers, mut squares) = (0usize, 0.0);
+    let (mut near, mut inliers, mut squares) = (0usize, 0usize, 0.0);
     for point in &points.points {
         if let Some((d, gradient)) = field.at(&placed.to_model(point)) {
+            near += 1;
             let r = d / gradient.norm().max(0.3);
             if r.abs() <= reach {
                 inliers += 1;
@@ -202,7 +216,12 @@ fn agreement(field: &Dense, points: &OrientedPoints, placed: &Placed, model: &Mo
             }
         }
     }
-    (inliers as f64 / points.points.len().max(1) as f64, (squares / inliers.max(1) as f64).sqrt())
+    let total = points.points.len().max(1) as f64;
+    Agreement {
+        inliers: inliers as f64 / near.max(1) as f64,
+        rms: (squares / inliers.max(1) as f64).sqrt(),
+        clutter: 1.0 - near as f64 / total,
+    }
 }
 
 fn judge(
@@ -210,7 +229,7 @@ fn judge(
     registration: &Registration,
     fit: &Fit,
     merged: &Merged,
-    (inlier_share, rms_voxels): (f64, f64),
+    agreement: Agreement,
 ) -> Verdict {
     let (mut inferred, mut total) = (0.0, 0.0);
     for (t, corners) in merged.mesh.triangles.iter().enumerate() {
@@ -225,8 +244,9 @@ fn judge(
     Verdict {
         grade: Grade::Good,
         reasons: Vec::new(),
-        inlier_share,
-        seen_rms: rms_voxels / f64::from(placed.pose.scale),
+        inlier_share: agreement.inliers,
+        clutter_share: agreement.clutter,
+        seen_rms: agreement.rms / f64::from(placed.pose.scale),
         inferred_share: inferred / f64::max(total, f64::MIN_POSITIVE),
         inferred_area: inferred,
         weight_norm: (squares / fit.global.len().max(1) as f64).sqrt(),

@@ -21,8 +21,10 @@ pub struct Verdict {
     pub grade: Grade,
     /// Why it is not better.
     pub reasons: Vec<String>,
-    /// Share of the scan's points within two class millimetres of the fitted surface.
+    /// Share of the scan's points within two class millimetres of the fitted surface, of those near it.
     pub inlier_share: f64,
+    /// Share of the scan's points that are not near the model: hair, collar, table.
+    pub clutter_share: f64,
     /// Root mean square distance of those points from the fitted surface before it is moved onto the scan.
     pub seen_rms: f64,
     /// Share of the completed surface that was inferred, by area.
@@ -50,7 +52,18 @@ impl Verdict {
         };
         let percent = |share: f64| format!("{:.0} %", 100.0 * share);
         let (inliers, rms) = (self.inlier_share, self.seen_rms / millimetre);
-        let explained = || format!("only {} of the scan lies on the fitted surface", percent(inliers));
+        let explained = || format!("only {} of the scan near the model lies on it", percent(inliers));
+        let [pose, _] = self.pose_inliers;
+        find(
+            pose < 0.25,
+            Grade::Reject,
+            format!("the best pose explains only {} of the scan: another kind of object?", percent(pose)),
+        );
+        find(
+            self.clutter_share > 0.3,
+            Grade::Check,
+            format!("{} of the scan is not part of the class and was left out", percent(self.clutter_share)),
+        );
         find(
             inliers < 0.5,
             Grade::Reject,
@@ -59,7 +72,7 @@ impl Verdict {
         find(
             (0.5..0.85).contains(&inliers),
             Grade::Check,
-            format!("{}: clutter, or unlike the class", explained()),
+            format!("{}: it is unlike the class", explained()),
         );
         find(
             rms > 1.0,
@@ -101,6 +114,7 @@ mod tests {
             grade: Grade::Reject,
             reasons: vec![],
             inlier_share: 0.97,
+            clutter_share: 0.02,
             seen_rms: 0.2,
             inferred_share: 0.5,
             inferred_area: 1.0,

@@ -34,7 +34,7 @@ pub struct Registration {
     pub inliers: f64,
     /// The same for the best of the other candidates, 0 without any.
     pub runner_up: f64,
-    /// Weights of the jointly estimated shape, standard deviations.
+    /// Weights of the jointly estimated shape, standard deviations; empty where the pose was given.
     pub weights: Vec<f32>,
 }
 
@@ -48,13 +48,15 @@ pub enum Error {
     TooFewPoints(usize),
     /// A size that does not fit.
     #[error(
-        "the scan is {scan:.4} long and the model {model:.4}: they differ by more than a factor of {limit}. {hint}"
+        "the scan is {scan:.4} {unit} long and the model {model:.4} {unit}: they differ by more than a factor of {limit}. {hint}"
     )]
     Size {
         /// Longest side of the scan.
         scan: f64,
         /// Longest side of the mean shape, in the model's unit.
         model: f64,
+        /// The model's unit.
+        unit: &'static str,
         /// Largest factor accepted.
         limit: f64,
         /// What may be the reason.
@@ -164,7 +166,7 @@ pub fn assess(model: &Model<'_>, scan: &Mesh, placed: &Placed) -> Registration {
     points.points.iter_mut().for_each(|p| *p += centre - placed.centre);
     let weights = vec![0.0; model.modes()];
     let inliers = inlier_share(model, &points, &placed.pose, &weights);
-    Registration { placed: *placed, inliers, runner_up: 0.0, weights }
+    Registration { placed: *placed, inliers, runner_up: 0.0, weights: Vec::new() }
 }
 
 /// Whether two poses differ by more than ten degrees.
@@ -247,5 +249,6 @@ fn check_size(scan: &Mesh, field: &Field, model: &Model<'_>) -> Result<(), Error
     let hint = near.map_or("Is it a scan of this class?".into(), |(unit, _)| {
         format!("Its size would fit if it were in {unit}: convert it, or give --unit")
     });
-    Err(Error::Size { scan: size, model: model_size, limit: LIMIT, hint })
+    let unit = crate::cli::symbol(model.header().unit);
+    Err(Error::Size { scan: size, model: model_size, unit, limit: LIMIT, hint })
 }

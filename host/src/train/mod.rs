@@ -279,7 +279,7 @@ impl Plan {
             scales: Scales {
                 millimetre: u,
                 front: (6.5 * u).clamp(1.0, 7.5),
-                behind: (2.0 * u).max(0.6).min((6.5 * u).clamp(1.0, 7.5)),
+                behind: (3.2 * u).max(0.8).min((6.5 * u).clamp(1.0, 7.5)),
                 global_ridge: 0.0025 * u * u,
                 local_ridge: 10.0 * u * u,
                 voxel_ridge: 0.02 * u * u,
