@@ -72,6 +72,6 @@ mod tests {
     fn an_unknown_direction_stays_at_zero() {
         let (mut matrix, mut vector) = ([2.0, 0.0, 0.0], [4.0, 0.0]);
         solve(&mut matrix, &mut vector);
-        assert_eq!(vector, [2.0, 0.0]);
+        assert!((vector[0] - 2.0).abs() < 1e-12 && vector[1] == 0.0, "{vector:?}");
     }
 }

