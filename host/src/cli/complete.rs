@@ -194,7 +194,7 @@ impl Complete {
             say(&format!("                {reason}"));
         }
         say(&format!(
-            "inliers         {:.1} % of the scan on the fitted surface",
+            "inliers         {:.1} % of the scan near the model lies on it",
             100.0 * verdict.inlier_share
         ));
         say(&format!("seen part       {:.3} {symbol} rms from the fitted surface", verdict.seen_rms));
