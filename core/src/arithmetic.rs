@@ -21,6 +21,8 @@
 //! - a box of ratios: 64 · (2 r + 1)³ · 2^F ≤ 2³¹ by the choice of F.
 
 use crate::fixed::{Factor, round_shift, round_shift_wide, saturate};
+use crate::hull::Key;
+use core::fmt::Debug;
 
 /// Bits behind the point of a distance or residual in voxels.
 pub const DISTANCE_BITS: u32 = 8;
@@ -109,17 +111,17 @@ const fn least(a: u32, b: u32) -> u32 {
 /// The numbers of the local fit and what is done with them.
 pub trait Arithmetic: Copy {
     /// Weight of a mode at a node.
-    type Weight: Copy + Default;
+    type Weight: Copy + Default + Debug;
     /// Weight at a cell corner times the brick's scale over q³.
-    type Coefficient: Copy + Default;
-    /// Residual of a voxel, already times its hull weight.
-    type Residual: Copy + Default;
+    type Coefficient: Copy + Default + Debug;
+    /// Residual of a voxel, already times its hull weight; the hull's keys use the same memory before.
+    type Residual: Key + Debug;
     /// Sums of products, node fields and their integral images.
-    type Sum: Copy + Default;
+    type Sum: Copy + Default + Debug;
     /// One over a node's smoothed curvature.
-    type Reciprocal: Copy + Default;
+    type Reciprocal: Copy + Default + Debug;
     /// What a box of ratios of one mode is multiplied by.
-    type Gain: Copy + Default;
+    type Gain: Copy + Default + Debug;
 
     /// A weight from a global one in standard deviations, limited to ±16.
     fn weight(sigma: f64) -> Self::Weight;

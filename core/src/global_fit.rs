@@ -79,6 +79,11 @@ impl<'m, 'b> GlobalFit<'m, 'b> {
     /// Runs to the end: weights in standard deviations, one a mode.
     pub fn run(mut self) -> &'b [f64] {
         while self.step().is_some() {}
+        self.finish()
+    }
+
+    /// The weights of a fit whose steps are done, standard deviations, one a mode.
+    pub fn finish(self) -> &'b [f64] {
         self.weights
     }
 

@@ -37,6 +37,20 @@ impl Reach {
         let units = |voxels: f32| (voxels * ONE) as u16;
         Self { front: units(scales.front), behind: units(scales.behind), lateral: 256 }
     }
+
+    /// Whether the hull's integers hold this reach.
+    ///
+    /// # Errors
+    /// Which part of it is out of range.
+    pub const fn check(&self) -> Result<(), Error> {
+        if self.front > 1920 || self.behind > self.front || self.front == 0 {
+            return Err(Error::Option(OptionName::Reach));
+        }
+        if self.lateral < 64 || self.lateral > 1024 {
+            return Err(Error::Option(OptionName::Lateral));
+        }
+        Ok(())
+    }
 }
 
 /// A packed hull entry: distance in the upper twelve bits, weight in the lower four.
@@ -75,13 +89,45 @@ impl Target {
     }
 }
 
+/// Squared distance of the point that claimed a voxel, 1/512 voxel², one more; 0 stands for "not reached".
+///
+/// The keys live in the memory of the residuals, which are not needed before the hull is finished.
+pub trait Key: Copy + Default {
+    /// A key in this memory.
+    fn store(key: u16) -> Self;
+    /// The key that was stored.
+    fn load(self) -> u16;
+}
+
+impl Key for i16 {
+    #[inline(always)]
+    fn store(key: u16) -> Self {
+        key as Self
+    }
+
+    #[inline(always)]
+    fn load(self) -> u16 {
+        self as u16
+    }
+}
+
+impl Key for f64 {
+    fn store(key: u16) -> Self {
+        Self::from(key)
+    }
+
+    fn load(self) -> u16 {
+        self as u16
+    }
+}
+
 /// Builds a hull point by point.
 #[derive(Debug)]
-pub struct HullBuilder<'m, 'b> {
+pub struct HullBuilder<'m, 'b, K: Key> {
     model: &'m Model<'m>,
     reach: Reach,
     targets: &'b mut [i16],
-    keys: &'b mut [i16],
+    keys: &'b mut [K],
 }
 
 /// A finished hull.
@@ -95,7 +141,7 @@ pub struct Hull<'b> {
     pub weight: u32,
 }
 
-impl<'m, 'b> HullBuilder<'m, 'b> {
+impl<'m, 'b, K: Key> HullBuilder<'m, 'b, K> {
     /// An empty hull. `targets` and `keys` have one element a stored voxel; `keys` is scratch.
     ///
     /// # Errors
@@ -104,18 +150,13 @@ impl<'m, 'b> HullBuilder<'m, 'b> {
         model: &'m Model<'m>,
         reach: Reach,
         targets: &'b mut [i16],
-        keys: &'b mut [i16],
+        keys: &'b mut [K],
     ) -> Result<Self, Error> {
-        if reach.front > 1920 || reach.behind > reach.front || reach.front == 0 {
-            return Err(Error::Option(OptionName::Reach));
-        }
-        if !(64..=1024).contains(&reach.lateral) {
-            return Err(Error::Option(OptionName::Lateral));
-        }
+        reach.check()?;
         let targets = first_voxels(model, targets, Buffer::Targets)?;
         let keys = first_voxels(model, keys, Buffer::Keys)?;
         targets.fill(0);
-        keys.fill(0);
+        keys.fill(K::default());
         Ok(Self { model, reach, targets, keys })
     }
 
@@ -192,19 +233,18 @@ impl<'m, 'b> HullBuilder<'m, 'b> {
         let (Some(target), Some(key)) = (self.targets.get_mut(index), self.keys.get_mut(index)) else {
             return;
         };
-        // Squared distance in 1/512 voxel²; one more, so that 0 means "not reached".
         let new_key = (squared >> 7).min(65534) as u16 + 1;
-        let old = (*key as u16, i32::from(Target(*target).distance()));
+        let old = (key.load(), i32::from(Target(*target).distance()));
         let order = |(key, distance): (u16, i32)| (key, distance.abs(), distance);
         if old.0 == 0 || order((new_key, distance)) < order(old) {
-            *key = new_key as i16;
+            *key = K::store(new_key);
             *target = Target::new(distance, weight).0;
         }
     }
 
-    /// The hull of all points added.
-    pub fn finish(self) -> Hull<'b> {
-        Hull::new(self.targets)
+    /// The hull of all points added, and the keys' memory.
+    pub fn finish(self) -> (Hull<'b>, &'b mut [K]) {
+        (Hull::new(self.targets), self.keys)
     }
 }
 
@@ -232,7 +272,7 @@ impl<'b> Hull<'b> {
     }
 }
 
-fn first_voxels<'b>(model: &Model<'_>, buffer: &'b mut [i16], name: Buffer) -> Result<&'b mut [i16], Error> {
+fn first_voxels<'b, T>(model: &Model<'_>, buffer: &'b mut [T], name: Buffer) -> Result<&'b mut [T], Error> {
     crate::workspace::first(buffer, model.voxels(), name)
 }
 

@@ -5,7 +5,8 @@
 //! finds one weight vector for it, a [`local_fit`] a smoothly varying field of them. The zero level of the
 //! fitted distances is the completed surface.
 //!
-//! Data flows one way: scan → [`pose`] → [`hull`] → [`global_fit`] → [`local_fit`] → distances.
+//! Data flows one way: scan ([`cloud`]) → [`pose`] → [`hull`] → [`global_fit`] → [`local_fit`] → distances;
+//! [`completion`] runs it as one job.
 //! Lengths are in voxels, 1/256 voxel in integers; millimetres live at the edge, in the [`pose`].
 //! No heap, no panic, no unsafe code: the caller lends all memory ([`workspace`] tells how much),
 //! constructors check everything, steps do a bounded piece of work and cannot fail.
@@ -17,6 +18,8 @@ pub mod arithmetic;
 pub mod box_filter;
 pub mod cells;
 pub mod cholesky;
+pub mod cloud;
+pub mod completion;
 pub mod depth;
 pub mod error;
 pub mod fixed;
@@ -34,6 +37,8 @@ pub mod schedule;
 pub mod workspace;
 
 pub use arithmetic::{Arithmetic, Fixed, Float};
+pub use cloud::Cloud;
+pub use completion::Completion;
 pub use error::Error;
 pub use global_fit::GlobalFit;
 pub use hull::{Hull, HullBuilder, Reach};

@@ -25,7 +25,7 @@ use crate::hull::Hull;
 use crate::model::{Brick, Model};
 use crate::nodes::NodeMap;
 use crate::schedule::Schedule;
-use crate::workspace::{Progress, Sizes, Workspace, first};
+use crate::workspace::{Progress, Workspace, first};
 
 /// Modes whose gradients are held at a time.
 pub const GROUP: usize = 4;
@@ -73,7 +73,7 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
     /// Prepares the fit: all nodes start at the global weights `start` (standard deviations).
     ///
     /// # Errors
-    /// A schedule that does not go with the model, or a buffer smaller than [`Sizes::required`] tells.
+    /// A schedule that does not go with the model, or a buffer smaller than [`Sizes::required`](crate::Sizes::required) tells.
     pub fn new(
         model: &'m Model<'m>,
         hull: Hull<'m>,
@@ -411,14 +411,6 @@ impl LocalFit<'_, '_, crate::arithmetic::Fixed> {
     pub fn digest(&self) -> u32 {
         digest(self.weights.iter().map(|w| w.to_le_bytes()))
     }
-}
-
-/// Bytes and element counts a local fit needs; the same as [`Sizes::required`].
-///
-/// # Errors
-/// A schedule that does not go with the model.
-pub fn required(model: &Model<'_>, schedule: &Schedule<'_>) -> Result<Sizes, Error> {
-    Sizes::required(model, schedule)
 }
 
 /// φ q³ of corner `c` for the voxel at `at` within a cell.

@@ -15,11 +15,13 @@
 //! not stored. Arithmetic is f32 through libm, sums in a fixed order: the same bits on every processor.
 
 use crate::cholesky::{packed, solve};
+use crate::cloud::Cloud;
 use crate::error::{Buffer, Error};
 use crate::model::Model;
 use crate::pose::{Pose, cross, dot, zip};
 use crate::sample;
 use crate::workspace::{Progress, first};
+use core::ops::Range;
 
 /// Points taken in one step.
 const CHUNK: usize = 64;
@@ -86,7 +88,9 @@ pub struct Agreement {
 #[derive(Debug)]
 pub struct PoseFit<'a, 'b> {
     model: &'a Model<'a>,
-    points: &'a [[f32; 3]],
+    cloud: Cloud<'a>,
+    /// Points used.
+    count: usize,
     rounds: &'a [Round],
     buffers: PoseBuffers<'b>,
     pose: Pose,
@@ -100,19 +104,21 @@ pub struct PoseFit<'a, 'b> {
 }
 
 impl<'a, 'b> PoseFit<'a, 'b> {
-    /// Prepares the fit of scan `points` (scan unit) from a rough `pose`. The weights start at zero.
+    /// Prepares the fit of at most `count` points, evenly taken from `cloud`, from a rough `pose`. The weights
+    /// start at zero.
     ///
     /// # Errors
     /// Too few points, a pose that is none, or a buffer too small.
     pub fn new(
         model: &'a Model<'a>,
-        points: &'a [[f32; 3]],
+        cloud: Cloud<'a>,
+        count: usize,
         pose: Pose,
         rounds: &'a [Round],
         buffers: PoseBuffers<'b>,
     ) -> Result<Self, Error> {
-        if points.len() < FEWEST {
-            return Err(Error::TooFewPoints { given: points.len() as u32 });
+        if cloud.len().min(count) < FEWEST {
+            return Err(Error::TooFewPoints { given: cloud.len().min(count) as u32 });
         }
         if !pose.is_valid() {
             return Err(Error::Pose);
@@ -126,13 +132,15 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         };
         buffers.weights.fill(0.0);
         buffers.normal.fill(0.0);
-        let count = points.len() as f32;
-        let sum = points.iter().fold([0.0; 3], |sum, &p| zip(sum, p, |a, b| a + b));
-        let mean = sum.map(|s| s / count);
+        let count = count.min(cloud.len());
+        let points = (0..count).filter_map(|i| cloud.point(i * cloud.len() / count));
+        let sum = points.fold([0.0; 3], |sum, (p, _)| zip(sum, p, |a, b| a + b));
+        let mean = sum.map(|s| s / count as f32);
         let agreement = Agreement::default();
         Ok(Self {
             model,
-            points,
+            cloud,
+            count,
             rounds,
             buffers,
             pose,
@@ -152,28 +160,31 @@ impl<'a, 'b> PoseFit<'a, 'b> {
             (self.round, self.iteration) = (self.round + 1, 0);
         }
         let round = *self.rounds.get(self.round)?;
-        match self.points.get(self.next..).filter(|rest| !rest.is_empty()) {
-            Some(rest) => {
-                self.add_chunk(rest.get(..CHUNK).unwrap_or(rest), &round);
-                self.next = self.next.saturating_add(CHUNK);
-            }
-            None => {
-                self.solve(&round);
-                (self.next, self.iteration) = (0, self.iteration + 1);
-                self.agreement = core::mem::take(&mut self.running);
-                self.buffers.normal.fill(0.0);
-            }
+        if self.next < self.count {
+            let end = (self.next + CHUNK).min(self.count);
+            self.add_chunk(self.next..end, &round);
+            self.next = end;
+        } else {
+            self.solve(&round);
+            (self.next, self.iteration) = (0, self.iteration + 1);
+            self.agreement = core::mem::take(&mut self.running);
+            self.buffers.normal.fill(0.0);
         }
         self.done = self.done.saturating_add(1);
         let iterations: usize = self.rounds.iter().map(|round| usize::from(round.iterations)).sum();
-        let total = iterations * (self.points.len().div_ceil(CHUNK) + 1);
+        let total = iterations * (self.count.div_ceil(CHUNK) + 1);
         Some(Progress { done: self.done, total: total as u32 })
     }
 
-    /// Runs to the end: the pose and the agreement in the last iteration.
-    pub fn run(mut self) -> (Pose, Agreement) {
+    /// Runs to the end; see [`PoseFit::finish`].
+    pub fn run(mut self) -> (Pose, Agreement, &'b [f32]) {
         while self.step().is_some() {}
-        (self.pose, self.agreement)
+        self.finish()
+    }
+
+    /// Pose, agreement and weights (standard deviations) of a fit whose steps are done.
+    pub fn finish(self) -> (Pose, Agreement, &'b [f32]) {
+        (self.pose, self.agreement, self.buffers.weights)
     }
 
     /// The pose so far.
@@ -186,12 +197,15 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         self.agreement
     }
 
-    fn add_chunk(&mut self, points: &[[f32; 3]], round: &Round) {
+    fn add_chunk(&mut self, points: Range<usize>, round: &Round) {
         let modes = if round.shape { self.model.modes() } else { 0 };
         let unknowns = modes + POSE;
         self.buffers.chunk.fill(0.0);
         let centre = self.pose.apply(self.mean);
-        for &point in points {
+        for index in points {
+            // At least FEWEST points, so never a division by zero.
+            let index = index.saturating_mul(self.cloud.len()).checked_div(self.count).unwrap_or(0);
+            let Some((point, _)) = self.cloud.point(index) else { continue };
             let q = self.pose.apply(point);
             let row = self.buffers.row.get_mut(..unknowns).unwrap_or(&mut []);
             let Some((residual, weight)) = fill_row(self.model, q, centre, round, self.buffers.weights, row)

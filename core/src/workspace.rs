@@ -2,11 +2,13 @@
 
 use crate::arithmetic::Arithmetic;
 use crate::cells::cell_len;
+use crate::completion::Memory;
 use crate::error::{Buffer, Error};
 use crate::global_fit::normal_len;
 use crate::local_fit::GROUP;
 use crate::model::Model;
 use crate::nodes::{count, map_len};
+use crate::pose_fit::{row_len, sums_len};
 use crate::schedule::Schedule;
 
 /// How far a job has come.
@@ -45,10 +47,14 @@ pub struct Sizes {
     pub block: usize,
     /// Global weights, f64.
     pub global: usize,
+    /// Sums of the pose fit, f64, and again f32.
+    pub pose_sums: usize,
+    /// A row of the pose fit, f32.
+    pub pose_row: usize,
 }
 
 impl Sizes {
-    /// What hull, global fit and local fit of a model need together.
+    /// What pose, hull, global fit and local fit of a model need together.
     ///
     /// # Errors
     /// A schedule that does not go with the model.
@@ -70,7 +76,37 @@ impl Sizes {
             normal: normal_len(modes),
             block: normal_len(modes),
             global: modes,
+            pose_sums: sums_len(modes),
+            pose_row: row_len(modes),
         })
+    }
+
+    /// Whether the memory of a completion is large enough.
+    ///
+    /// # Errors
+    /// The first buffer that is too small.
+    pub fn check<A: Arithmetic>(&self, memory: &Memory<'_, A>) -> Result<(), Error> {
+        let Memory { pose, targets, normal, block, global, workspace: w } = memory;
+        let buffers = [
+            (pose.normal.len(), self.pose_sums, Buffer::Normal),
+            (pose.chunk.len(), self.pose_sums, Buffer::Block),
+            (pose.row.len(), self.pose_row, Buffer::Cell),
+            (pose.weights.len(), self.global, Buffer::Weights),
+            (targets.len(), self.targets, Buffer::Targets),
+            (normal.len(), self.normal, Buffer::Normal),
+            (block.len(), self.block, Buffer::Block),
+            (global.len(), self.global, Buffer::Weights),
+            (w.weights.len(), self.weights, Buffer::NodeWeights),
+            (w.previous.len(), self.previous, Buffer::Previous),
+            (w.residuals.len(), self.residuals, Buffer::Residuals),
+            (w.gradient.len(), self.gradient, Buffer::Gradient),
+            (w.dense.len(), self.dense, Buffer::Dense),
+            (w.reciprocals.len(), self.reciprocals, Buffer::Reciprocals),
+            (w.nodes.len(), self.nodes, Buffer::Nodes),
+            (w.cell.len(), self.cell, Buffer::Cell),
+        ];
+        let short = buffers.into_iter().find(|&(given, needed, _)| given < needed);
+        short.map_or(Ok(()), |(given, needed, name)| Err(too_small(name, needed, given)))
     }
 
     /// Bytes of all buffers in an arithmetic.
@@ -82,11 +118,12 @@ impl Sizes {
             + size_of::<A::Reciprocal>() * self.reciprocals
             + size_of::<A::Coefficient>() * self.cell
             + 4 * (self.nodes + self.block)
-            + 8 * (self.normal + self.global)
+            + 8 * (self.normal + self.global + self.pose_sums)
+            + 4 * (self.pose_sums + self.pose_row + self.global)
     }
 }
 
-/// The local fit's memory, lent by the caller.
+/// The local fit's memory, lent by the caller; by default, none.
 #[derive(Debug)]
 pub struct Workspace<'b, A: Arithmetic> {
     /// K weights for each active node, mode fastest.
@@ -107,12 +144,28 @@ pub struct Workspace<'b, A: Arithmetic> {
     pub cell: &'b mut [A::Coefficient],
 }
 
+impl<A: Arithmetic> Default for Workspace<'_, A> {
+    fn default() -> Self {
+        Self {
+            weights: &mut [],
+            previous: &mut [],
+            residuals: &mut [],
+            gradient: &mut [],
+            dense: &mut [],
+            reciprocals: &mut [],
+            nodes: &mut [],
+            cell: &mut [],
+        }
+    }
+}
+
 /// The first `needed` elements of a buffer.
 pub(crate) fn first<T>(buffer: &mut [T], needed: usize, name: Buffer) -> Result<&mut [T], Error> {
     let given = buffer.len();
-    buffer.get_mut(..needed).ok_or(Error::BufferTooSmall {
-        buffer: name,
-        needed: u32::try_from(needed).unwrap_or(u32::MAX),
-        given: u32::try_from(given).unwrap_or(u32::MAX),
-    })
+    buffer.get_mut(..needed).ok_or(too_small(name, needed, given))
+}
+
+fn too_small(buffer: Buffer, needed: usize, given: usize) -> Error {
+    let [needed, given] = [needed, given].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+    Error::BufferTooSmall { buffer, needed, given }
 }
