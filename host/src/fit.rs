@@ -1,17 +1,20 @@
-//! Runs the core's fit with buffers of the host: hull, global fit, local fit, distances.
+//! Runs the core's completion in buffers of the host: pose, hull, global fit, local fit, distances.
 
-use crate::points::OrientedPoints;
+use crate::points::PackedPoints;
+use lacuna::completion::{Memory, Outcome, Settings};
 use lacuna::format::digest;
-use lacuna::{Arithmetic, Error, Fixed, GlobalFit, HullBuilder, LocalFit, Model, Pose, Reach, Schedule};
-use lacuna::{Sizes, Workspace};
+use lacuna::hull::Hull;
+use lacuna::{Arithmetic, Completion, Error, LocalFit, Model, Pose, PoseBuffers, Schedule, Sizes, Workspace};
 
 /// Results of a fit: distances are one a stored voxel, 1/256 voxel.
 #[derive(Clone, Debug)]
 pub struct Fit {
+    /// Pose, and what the stages counted.
+    pub outcome: Outcome,
+    /// Weights estimated together with the pose, standard deviations.
+    pub shape: Vec<f32>,
     /// Packed hull targets.
     pub targets: Vec<i16>,
-    /// Voxels in the hull.
-    pub hull_voxels: u32,
     /// Global weights, standard deviations.
     pub global: Vec<f64>,
     /// Distances of the global fit.
@@ -27,6 +30,8 @@ pub struct Fit {
 /// CRC-32 of each stage's result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Digests {
+    /// Pose and the weights estimated with it.
+    pub pose: u32,
     /// Hull targets.
     pub hull: u32,
     /// Global weights.
@@ -37,44 +42,40 @@ pub struct Digests {
     pub distances: u32,
 }
 
-/// Memory of a fit.
-struct Buffers<A: Arithmetic> {
-    targets: Vec<i16>,
-    keys: Vec<i16>,
-    weights: Vec<A::Weight>,
-    previous: Vec<A::Weight>,
-    residuals: Vec<A::Residual>,
-    gradient: Vec<A::Sum>,
-    dense: Vec<A::Sum>,
-    reciprocals: Vec<A::Reciprocal>,
-    nodes: Vec<u32>,
-    cell: Vec<A::Coefficient>,
-    normal: Vec<f64>,
-    block: Vec<i32>,
-    global: Vec<f64>,
-}
-
-/// Lends the local fit its part of the buffers, leaving the others free.
-macro_rules! workspace {
-    ($buffers:expr) => {
-        Workspace {
-            weights: &mut $buffers.weights,
-            previous: &mut $buffers.previous,
-            residuals: &mut $buffers.residuals,
-            gradient: &mut $buffers.gradient,
-            dense: &mut $buffers.dense,
-            reciprocals: &mut $buffers.reciprocals,
-            nodes: &mut $buffers.nodes,
-            cell: &mut $buffers.cell,
-        }
-    };
+/// Memory of a fit; see [`Memory`].
+#[derive(Debug)]
+#[allow(missing_docs)] // One field a buffer of `Memory`, which describes them.
+pub struct Buffers<A: Arithmetic> {
+    pub sums: Vec<f64>,
+    pub chunk: Vec<f32>,
+    pub row: Vec<f32>,
+    pub shape: Vec<f32>,
+    pub targets: Vec<i16>,
+    pub normal: Vec<f64>,
+    pub block: Vec<i32>,
+    pub global: Vec<f64>,
+    pub weights: Vec<A::Weight>,
+    pub previous: Vec<A::Weight>,
+    pub residuals: Vec<A::Residual>,
+    pub gradient: Vec<A::Sum>,
+    pub dense: Vec<A::Sum>,
+    pub reciprocals: Vec<A::Reciprocal>,
+    pub nodes: Vec<u32>,
+    pub cell: Vec<A::Coefficient>,
 }
 
 impl<A: Arithmetic> Buffers<A> {
-    fn new(sizes: &Sizes) -> Self {
+    /// As many elements as `sizes` asks for.
+    pub fn new(sizes: &Sizes) -> Self {
         Self {
+            sums: vec![0.0; sizes.pose_sums],
+            chunk: vec![0.0; sizes.pose_sums],
+            row: vec![0.0; sizes.pose_row],
+            shape: vec![0.0; sizes.global],
             targets: vec![0; sizes.targets],
-            keys: vec![0; sizes.targets],
+            normal: vec![0.0; sizes.normal],
+            block: vec![0; sizes.block],
+            global: vec![0.0; sizes.global],
             weights: vec![A::Weight::default(); sizes.weights],
             previous: vec![A::Weight::default(); sizes.previous],
             residuals: vec![A::Residual::default(); sizes.residuals],
@@ -83,59 +84,68 @@ impl<A: Arithmetic> Buffers<A> {
             reciprocals: vec![A::Reciprocal::default(); sizes.reciprocals],
             nodes: vec![0; sizes.nodes],
             cell: vec![A::Coefficient::default(); sizes.cell],
-            normal: vec![0.0; sizes.normal],
-            block: vec![0; sizes.block],
-            global: vec![0.0; sizes.global],
+        }
+    }
+
+    /// Everything, lent to a completion.
+    pub fn memory(&mut self) -> Memory<'_, A> {
+        Memory {
+            pose: PoseBuffers {
+                normal: &mut self.sums,
+                chunk: &mut self.chunk,
+                row: &mut self.row,
+                weights: &mut self.shape,
+            },
+            targets: &mut self.targets,
+            normal: &mut self.normal,
+            block: &mut self.block,
+            global: &mut self.global,
+            workspace: Workspace {
+                weights: &mut self.weights,
+                previous: &mut self.previous,
+                residuals: &mut self.residuals,
+                gradient: &mut self.gradient,
+                dense: &mut self.dense,
+                reciprocals: &mut self.reciprocals,
+                nodes: &mut self.nodes,
+                cell: &mut self.cell,
+            },
         }
     }
 }
 
-/// Fits the model to oriented points in a known pose.
+/// Fits the model to packed points, from a rough pose unless `settings` has no rounds.
 ///
 /// # Errors
 /// A schedule that does not go with the model, or points that miss it.
 pub fn fit<A: Arithmetic>(
     model: &Model<'_>,
-    points: &OrientedPoints,
+    points: &PackedPoints,
     pose: &Pose,
-    reach: Reach,
-    schedule: Schedule<'_>,
+    settings: Settings<'_>,
 ) -> Result<Fit, Error> {
+    let schedule = settings.schedule;
     let sizes = Sizes::required(model, &schedule)?;
-    let mut b = Buffers::<A>::new(&sizes);
-    let mut builder = HullBuilder::new(model, reach, &mut b.targets, &mut b.keys)?;
-    for (point, normal) in points.points.iter().zip(&points.normals) {
-        let point = pose.apply(point.coords.map(|c| c as f32).into());
-        builder.add(point, pose.rotate(normal.map(|c| c as f32).into()));
-    }
-    let hull = builder.finish();
-    let (hull_voxels, hull_digest) = (hull.count, hull.digest());
-    let global = GlobalFit::new(model, hull, None, &mut b.normal, &mut b.block, &mut b.global)?.run();
-    let still = Schedule { stride: schedule.stride, momentum: 0, passes: &[] };
-    let global_distances =
-        distances(model, &mut LocalFit::<A>::new(model, hull, global, still, workspace!(b))?);
-    let mut local = LocalFit::<A>::new(model, hull, global, schedule, workspace!(b))?;
-    local.run();
-    let local_distances = distances(model, &mut local);
-    let quantised = |weight: &f64| Fixed::weight(*weight).to_le_bytes();
-    let node_weights = local.weights().iter().map(|&w| Fixed::weight(A::sigma(w)).to_le_bytes());
+    let mut buffers = Buffers::<A>::new(&sizes);
+    let mut job = Completion::new(model, points.cloud()?, *pose, settings, buffers.memory())?;
+    job.run();
+    let outcome = *job.outcome()?;
+    let (targets, global) = (job.hull().targets.to_vec(), job.global().to_vec());
+    let shape = job.shape().to_vec();
+    let local_distances = job.local().map(|fit| distances(model, fit)).unwrap_or_default();
+    let still = Schedule { passes: &[], momentum: 0, ..schedule };
+    let hull = Hull::new(&targets);
+    let mut start = LocalFit::<A>::new(model, hull, &global, still, buffers.memory().workspace)?;
+    let global_distances = distances(model, &mut start);
     let digests = Digests {
-        hull: hull_digest,
-        global: digest(global.iter().map(quantised)),
-        local: digest(node_weights),
+        pose: outcome.digests.pose,
+        hull: outcome.digests.hull,
+        global: outcome.digests.global,
+        local: outcome.digests.local,
         distances: digest(local_distances.iter().map(|d| d.to_le_bytes())),
     };
-    let global = global.to_vec();
     let buffer_bytes = sizes.bytes::<A>();
-    Ok(Fit {
-        targets: b.targets,
-        hull_voxels,
-        global,
-        global_distances,
-        local_distances,
-        digests,
-        buffer_bytes,
-    })
+    Ok(Fit { outcome, shape, targets, global, global_distances, local_distances, digests, buffer_bytes })
 }
 
 fn distances<A: Arithmetic>(model: &Model<'_>, fit: &mut LocalFit<'_, '_, A>) -> Vec<i16> {

@@ -4,6 +4,8 @@
 //! which also averages the scanner's noise.
 
 use crate::mesh::{Mesh, Point, Vector};
+use lacuna::Cloud;
+use lacuna::cloud::{Packed, pack, step_for};
 use rustc_hash::FxHashMap;
 
 /// Points with outward unit normals.
@@ -13,6 +15,36 @@ pub struct OrientedPoints {
     pub points: Vec<Point>,
     /// Unit normals.
     pub normals: Vec<Vector>,
+}
+
+/// The same as integers, as the core takes them.
+#[derive(Clone, Debug)]
+pub struct PackedPoints {
+    /// Position in steps, normal.
+    pub points: Vec<Packed>,
+    /// Scan units a step.
+    pub step: f32,
+}
+
+impl OrientedPoints {
+    /// The points as integers, in the finest step that holds them.
+    pub fn packed(&self) -> PackedPoints {
+        let extent = self.points.iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
+        let step = step_for(extent as f32);
+        let single = |v: &Vector| v.map(|c| c as f32).into();
+        let pairs = self.points.iter().zip(&self.normals);
+        PackedPoints { points: pairs.map(|(p, n)| pack(single(&p.coords), single(n), step)).collect(), step }
+    }
+}
+
+impl PackedPoints {
+    /// The points for the core.
+    ///
+    /// # Errors
+    /// Points whose extent is not a finite number.
+    pub fn cloud(&self) -> Result<Cloud<'_>, lacuna::Error> {
+        Cloud::new(&self.points, self.step)
+    }
 }
 
 #[derive(Clone, Copy)]

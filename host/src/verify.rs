@@ -20,14 +20,15 @@ pub use report::{Comparison, Report, Rungs, Stage};
 
 use crate::fit::{Digests, Fit, fit};
 use crate::reference::{Hull, Model as Reference, Pass, Settings, global, local};
-use lacuna::{Fixed, Float, Model, Reach, Schedule};
+use crate::sentence::sentence;
+use lacuna::{Fixed, Float, Model, Reach, Schedule, completion};
 use report::Scale;
 
 /// Why a case cannot be verified.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The core refuses the model, the scan or the schedule.
-    #[error("the core refuses this case: {0:?}")]
+    #[error("the core refuses this case: {}", sentence(.0))]
     Core(lacuna::Error),
     /// The synthetic class cannot be trained.
     #[error(transparent)]
@@ -72,8 +73,10 @@ fn run(
 ) -> Result<Report, Error> {
     let model = Model::from_bytes(&case.model)?;
     let reach = Reach::of(&model);
-    let float_fit = fit::<Float>(&model, &case.points, &case.pose, reach, schedule)?;
-    let fixed_fit = fit::<Fixed>(&model, &case.points, &case.pose, reach, schedule)?;
+    let settings = completion::Settings { reach, rounds: case.rounds, schedule };
+    let points = case.points.packed();
+    let float_fit = fit::<Float>(&model, &points, &case.pose, settings)?;
+    let fixed_fit = fit::<Fixed>(&model, &points, &case.pose, settings)?;
     let (float, fixed) = (core_results(&model, &float_fit), core_results(&model, &fixed_fit));
     let scale = Scale::of(&model);
     let mut comparisons = vec![];
@@ -94,7 +97,7 @@ fn run(
         voxels: model.voxels(),
         modes: model.modes(),
         voxel_mm: scale.voxel_mm,
-        hull_voxels: fixed_fit.hull_voxels,
+        hull_voxels: fixed_fit.outcome.hull_voxels,
         comparisons,
         digests: fixed_fit.digests,
         golden,

@@ -1,15 +1,16 @@
 //! Times of the kernels: `cargo bench -p lacuna-tests`.
 
 use divan::{Bencher, black_box};
+use lacuna::completion::{Completion, Settings};
+use lacuna::pose_fit::{ROUNDS, Round};
 use lacuna::{Arithmetic, Fixed, Float, HullBuilder, Reach, Sizes};
-use lacuna_host::fit::{Fit, dense, fit};
+use lacuna_host::fit::{Buffers, Fit, dense, fit};
 use lacuna_host::io::{Format, parse};
 use lacuna_host::mesh::{Mesh, Point};
 use lacuna_host::register::register;
 use lacuna_host::surface::{Volume, marching_cubes};
 use lacuna_host::synth::Head;
 use lacuna_host::train::distance::Surface;
-use lacuna_tests::buffers::Lent;
 use lacuna_tests::{default_schedule, head_points, in_voxels, model, voxel_pose};
 
 fn main() {
@@ -19,8 +20,8 @@ fn main() {
 /// A whole head through hull, global fit, local fit and both sets of distances.
 fn whole_fit<A: Arithmetic>() -> Fit {
     let model = model();
-    let (reach, schedule) = (Reach::of(&model), default_schedule(&model));
-    fit::<A>(&model, &head_points(1000), &voxel_pose(&model), reach, schedule).unwrap()
+    let settings = Settings { reach: Reach::of(&model), rounds: &[], schedule: default_schedule(&model) };
+    fit::<A>(&model, &head_points(1000).packed(), &voxel_pose(&model), settings).unwrap()
 }
 
 #[divan::bench(sample_count = 20)]
@@ -43,28 +44,29 @@ fn thousand_closest_points(bencher: Bencher) {
 fn hull_of_a_head(bencher: Bencher) {
     let model = model();
     let points = in_voxels(&head_points(1000), &voxel_pose(&model));
-    let (mut targets, mut keys) = (vec![0; model.voxels()], vec![0; model.voxels()]);
+    let (mut targets, mut keys) = (vec![0; model.voxels()], vec![0i16; model.voxels()]);
     bencher.bench_local(|| {
         let mut builder = HullBuilder::new(&model, Reach::of(&model), &mut targets, &mut keys).unwrap();
         points.iter().for_each(|&(point, normal)| builder.add(point, normal));
-        builder.finish().count
+        builder.finish().0.count
     });
 }
 
-#[divan::bench(sample_count = 20)]
-fn hull_and_global_fit(bencher: Bencher) {
+/// A completion in lent memory, without and with the pose's refinement.
+#[divan::bench(args = [false, true], sample_count = 10)]
+fn completion(bencher: Bencher, refined: bool) {
     let model = model();
-    let points = head_points(1000);
-    let mut lent = Lent::new(&Sizes::required(&model, &default_schedule(&model)).unwrap());
-    bencher.bench_local(|| lent.global(&model, &points, &voxel_pose(&model)));
-}
-
-#[divan::bench(sample_count = 10)]
-fn local_fit_fixed(bencher: Bencher) {
-    let model = model();
-    let mut lent = Lent::new(&Sizes::required(&model, &default_schedule(&model)).unwrap());
-    lent.global(&model, &head_points(1000), &voxel_pose(&model)).unwrap();
-    bencher.bench_local(|| lent.local(&model, default_schedule(&model)));
+    let points = head_points(1000).packed();
+    let schedule = default_schedule(&model);
+    let rounds: &[Round] = if refined { &ROUNDS } else { &[] };
+    let settings = Settings { reach: Reach::of(&model), rounds, schedule };
+    let mut buffers = Buffers::<Fixed>::new(&Sizes::required(&model, &schedule).unwrap());
+    bencher.bench_local(|| {
+        let cloud = points.cloud().unwrap();
+        let mut job = Completion::new(&model, cloud, voxel_pose(&model), settings, buffers.memory()).unwrap();
+        job.run();
+        job.outcome().unwrap().digests
+    });
 }
 
 /// The whole fit in either arithmetic: hull and global fit are the same, the local fit is the difference.

@@ -3,11 +3,12 @@
 use lacuna::error::Buffer;
 use lacuna::format::Unit;
 use lacuna::{Error, Fixed, Model, Schedule, Sizes};
+use lacuna_host::fit::Buffers;
 use lacuna_host::io;
 use lacuna_host::mesh::Mesh;
 use lacuna_host::points::{OrientedPoints, thin};
 use lacuna_host::train::{Settings, train};
-use lacuna_tests::buffers::Lent;
+use lacuna_tests::buffers::{bytes, complete};
 use lacuna_tests::{default_schedule, head_points, momentum_schedule, real_data, voxel_pose};
 
 const BUDGET: usize = 640 * 1024;
@@ -20,10 +21,9 @@ fn assert_within_budget(model: &Model<'_>) {
 
 fn assert_exact_buffers_do(model: &Model<'_>, points: &OrientedPoints, schedule: Schedule<'_>) {
     let sizes = Sizes::required(model, &schedule).unwrap();
-    let mut lent = Lent::new(&sizes);
-    assert_eq!(lent.bytes(), sizes.bytes::<Fixed>());
-    lent.global(model, points, &voxel_pose(model)).unwrap();
-    lent.local(model, schedule).unwrap();
+    let mut buffers = Buffers::new(&sizes);
+    assert_eq!(bytes(&buffers), sizes.bytes::<Fixed>());
+    complete(model, &points.packed(), voxel_pose(model), schedule, &mut buffers).unwrap();
 }
 
 /// Whether the error names the buffer, with one element given less than needed.
@@ -44,29 +44,37 @@ fn a_fit_runs_in_exactly_the_memory_required() {
     assert_exact_buffers_do(&model, &points, momentum_schedule(&model));
 }
 
-#[test]
-fn hull_and_global_fit_name_the_buffer_that_is_short() {
-    let model = lacuna_tests::model();
-    let sizes = Sizes::required(&model, &default_schedule(&model)).unwrap();
-    let points = head_points(1000);
-    for buffer in [Buffer::Targets, Buffer::Keys, Buffer::Normal, Buffer::Block, Buffer::Weights] {
-        let mut lent = Lent::new(&sizes);
-        lent.shorten(buffer);
-        let error = lent.global(&model, &points, &voxel_pose(&model)).unwrap_err();
-        assert!(names(error, buffer), "{buffer:?}: {error:?}");
-    }
-}
+/// Takes the last element of a buffer away.
+type Shorten = fn(&mut Buffers<Fixed>);
 
 #[test]
-fn the_local_fit_names_the_buffer_that_is_short() {
+fn a_buffer_one_element_short_is_refused_by_name() {
     let model = lacuna_tests::model();
     let schedule = momentum_schedule(&model);
     let sizes = Sizes::required(&model, &schedule).unwrap();
-    use Buffer::{Cell, Dense, Gradient, NodeWeights, Nodes, Previous, Reciprocals, Residuals};
-    for buffer in [NodeWeights, Previous, Residuals, Gradient, Dense, Reciprocals, Nodes, Cell] {
-        let mut lent = Lent::new(&sizes);
-        lent.shorten(buffer);
-        let error = lent.local(&model, schedule).unwrap_err();
+    let points = head_points(1000).packed();
+    let cases: [(Buffer, Shorten); 16] = [
+        (Buffer::Normal, |b| _ = b.sums.pop()),
+        (Buffer::Block, |b| _ = b.chunk.pop()),
+        (Buffer::Cell, |b| _ = b.row.pop()),
+        (Buffer::Weights, |b| _ = b.shape.pop()),
+        (Buffer::Targets, |b| _ = b.targets.pop()),
+        (Buffer::Normal, |b| _ = b.normal.pop()),
+        (Buffer::Block, |b| _ = b.block.pop()),
+        (Buffer::Weights, |b| _ = b.global.pop()),
+        (Buffer::NodeWeights, |b| _ = b.weights.pop()),
+        (Buffer::Previous, |b| _ = b.previous.pop()),
+        (Buffer::Residuals, |b| _ = b.residuals.pop()),
+        (Buffer::Gradient, |b| _ = b.gradient.pop()),
+        (Buffer::Dense, |b| _ = b.dense.pop()),
+        (Buffer::Reciprocals, |b| _ = b.reciprocals.pop()),
+        (Buffer::Nodes, |b| _ = b.nodes.pop()),
+        (Buffer::Cell, |b| _ = b.cell.pop()),
+    ];
+    for (buffer, shorten) in cases {
+        let mut buffers = Buffers::new(&sizes);
+        shorten(&mut buffers);
+        let error = complete(&model, &points, voxel_pose(&model), schedule, &mut buffers).unwrap_err();
         assert!(names(error, buffer), "{buffer:?}: {error:?}");
     }
 }

@@ -3,7 +3,7 @@
 use lacuna::box_filter::{box_sum, integrate};
 use lacuna::hull::{Hull, Target};
 use lacuna::{Fixed, Float, GlobalFit, HullBuilder, LocalFit, Model, Reach, Sizes, global_fit::normal_len};
-use lacuna_tests::buffers::Lent;
+use lacuna_host::fit::Buffers;
 use lacuna_tests::{default_schedule, head_points, in_voxels, model, voxel_pose};
 use proptest::prelude::*;
 use proptest::test_runner::Config;
@@ -50,10 +50,10 @@ proptest! {
     ) {
         let model = model();
         let digest = |points: &[([f32; 3], [f32; 3])]| {
-            let (mut targets, mut keys) = (vec![0; model.voxels()], vec![0; model.voxels()]);
+            let (mut targets, mut keys) = (vec![0; model.voxels()], vec![0i16; model.voxels()]);
             let mut builder = HullBuilder::new(&model, Reach::of(&model), &mut targets, &mut keys).unwrap();
             points.iter().for_each(|&(point, normal)| builder.add(point, normal));
-            let hull = builder.finish();
+            let (hull, _) = builder.finish();
             (hull.count, hull.digest())
         };
         let shuffled = digest(&points);
@@ -77,9 +77,9 @@ proptest! {
         let schedule = default_schedule(&model);
         let distances = synthesise(&model, &weights);
         let targets = targets(&distances);
-        let mut lent = Lent::new(&Sizes::required(&model, &schedule).unwrap());
+        let mut buffers = Buffers::<Fixed>::new(&Sizes::required(&model, &schedule).unwrap());
         let mut fit =
-            LocalFit::new(&model, Hull::new(&targets), &weights, schedule, lent.workspace()).unwrap();
+            LocalFit::new(&model, Hull::new(&targets), &weights, schedule, buffers.memory().workspace).unwrap();
         fit.run();
         let mut worst = 0.0f64;
         for brick in model.bricks() {

@@ -1,23 +1,21 @@
 //! `lacuna complete`.
 
-use super::{Common, Failure, bar, inputs, say};
+use super::inputs::{self, Subject};
+use super::{Common, Failure, bar, say};
 use crate::complete::merge::MEASURED;
 use crate::complete::{Completion, Hint, Options, complete, picture};
 use crate::fit::Digests;
 use crate::io::{self, PlyOut};
 use crate::mesh::Mesh;
-use lacuna::format::Unit;
+use crate::unit;
 use lacuna::{Fixed, Model, Schedule, schedule};
 use std::path::PathBuf;
 
 /// Complete a scan: without arguments, the example scan with the built-in model.
 #[derive(clap::Args)]
 pub struct Complete {
-    /// The scan: PLY, OBJ, STL, XYZ, depth PNG, scan.json, or a folder with one [default: the example scan]
-    scan: Option<PathBuf>,
-    /// The shape model [default: the built-in one]
-    #[arg(short, long)]
-    model: Option<PathBuf>,
+    #[command(flatten)]
+    subject: Subject,
     /// Where the completed mesh goes
     #[arg(short, long, default_value = "completed.ply")]
     output: PathBuf,
@@ -39,12 +37,6 @@ pub struct Complete {
     /// A rough pose, refined from there: as for --pose
     #[arg(long, value_name = "POSE", conflicts_with = "pose")]
     pose_hint: Option<String>,
-    /// Unit of the scan, if it is not the model's: mm, m, in, um
-    #[arg(long, value_parser = inputs::unit)]
-    unit: Option<Unit>,
-    /// Seed of the search for the pose
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
     /// How much finer than the model's grid the surface is extracted
     #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=4))]
     finer: u8,
@@ -75,17 +67,16 @@ struct Report<'a> {
 impl Complete {
     /// Runs the subcommand.
     pub fn run(&self, common: &Common) -> Result<(), Failure> {
-        let bytes = inputs::model_bytes(self.model.as_deref())?;
-        let model = inputs::model(&bytes, self.model.as_deref())?;
-        let unit = self.unit.unwrap_or(model.header().unit);
-        let factor = inputs::millimetres(unit) / inputs::millimetres(model.header().unit);
-        let scan = inputs::scaled(inputs::scan(self.scan.as_deref())?, factor);
+        let bytes = self.subject.model_bytes()?;
+        let model = self.subject.model(&bytes)?;
+        let factor = self.subject.factor(&model);
+        let scan = self.subject.mesh(&model)?;
         let start = std::time::Instant::now();
         let progress = bar(2, "completing");
         progress.inc(0);
         self.check_outputs()?;
         let completion = complete::<Fixed>(&model, &scan, &self.options(&model)?)
-            .map_err(|error| inputs::named(self.scan.as_deref(), &error))?;
+            .map_err(|error| self.subject.named(&error))?;
         let seconds = start.elapsed().as_secs_f64();
         progress.inc(1);
         self.write(&completion, &model, factor)?;
@@ -104,7 +95,7 @@ impl Complete {
         let (momentum, passes): (u8, &[_]) =
             if self.momentum { (179, &schedule::MOMENTUM) } else { (0, &schedule::DEFAULT) };
         let schedule = Schedule { stride, momentum, passes };
-        Ok(Options { hint, seed: self.seed, schedule, finer: usize::from(self.finer) })
+        Ok(Options { hint, seed: self.subject.seed, schedule, finer: usize::from(self.finer) })
     }
 
     /// Finds a missing folder before any work is done, so that no output is written without the others.
@@ -167,7 +158,7 @@ impl Complete {
     fn tell(&self, common: &Common, completion: &Completion, model: &Model<'_>, seconds: f64) {
         let measured = completion.merged.labels.iter().filter(|&&l| l == MEASURED).count();
         let report = Report {
-            scan: self.scan.as_ref().map_or("example".into(), |p| p.display().to_string()),
+            scan: self.subject.name(),
             class: model.header().class,
             model_checksum: format!("{:08x}", model.checksum()),
             output: self.output.display().to_string(),
@@ -178,7 +169,7 @@ impl Complete {
             specks_removed: completion.specks,
             scan_to_model: inputs::matrix(&completion.placed, model),
             verdict: &completion.verdict,
-            hull_voxels: completion.fit.hull_voxels,
+            hull_voxels: completion.fit.outcome.hull_voxels,
             buffer_bytes: completion.fit.buffer_bytes,
             digests: completion.fit.digests,
             seconds,
@@ -188,7 +179,7 @@ impl Complete {
             return;
         }
         let verdict = &completion.verdict;
-        let symbol = inputs::symbol(model.header().unit);
+        let symbol = unit::symbol(model.header().unit);
         say(&format!("verdict         {}", format!("{:?}", verdict.grade).to_lowercase()));
         for reason in &verdict.reasons {
             say(&format!("                {reason}"));
@@ -212,8 +203,8 @@ impl Complete {
         ));
         let d = &completion.fit.digests;
         say(&format!(
-            "digests         hull {:08x} global {:08x} local {:08x} distances {:08x}",
-            d.hull, d.global, d.local, d.distances
+            "digests         pose {:08x} hull {:08x} global {:08x} local {:08x} distances {:08x}",
+            d.pose, d.hull, d.global, d.local, d.distances
         ));
         say(&format!("mesh            {} ({} vertices, {seconds:.2} s)", report.output, report.vertices));
         if let Some(picture) = report.picture {

@@ -4,10 +4,62 @@ use super::Failure;
 use crate::io;
 use crate::mesh::{Mesh, Point};
 use crate::register::Placed;
+use crate::sentence::sentence;
+use crate::unit;
 use lacuna::format::Unit;
-use lacuna::{Error, Model, Pose};
+use lacuna::{Model, Pose};
 use nalgebra::Matrix4;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// A scan and the model it belongs to, as `complete` and `register` take them.
+#[derive(clap::Args)]
+pub struct Subject {
+    /// The scan: PLY, OBJ, STL, XYZ, depth PNG, scan.json, or a folder with one [default: the example scan]
+    pub scan: Option<PathBuf>,
+    /// The shape model [default: the built-in one]
+    #[arg(short, long)]
+    pub model: Option<PathBuf>,
+    /// Unit of the scan, if it is not the model's: mm, m, in, um
+    #[arg(long, value_parser = unit::parse)]
+    unit: Option<Unit>,
+    /// Seed of the search for the pose
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+}
+
+impl Subject {
+    /// The bytes of the model.
+    pub fn model_bytes(&self) -> Result<Vec<u8>, Failure> {
+        model_bytes(self.model.as_deref())
+    }
+
+    /// The model in these bytes.
+    pub fn model<'a>(&self, bytes: &'a [u8]) -> Result<Model<'a>, Failure> {
+        model(bytes, self.model.as_deref())
+    }
+
+    /// Model units a unit of the scan.
+    pub fn factor(&self, model: &Model<'_>) -> f64 {
+        let own = model.header().unit;
+        unit::millimetres(self.unit.unwrap_or(own)) / unit::millimetres(own)
+    }
+
+    /// The scan in the model's unit.
+    pub fn mesh(&self, model: &Model<'_>) -> Result<Mesh, Failure> {
+        Ok(scaled(scan(self.scan.as_deref())?, self.factor(model)))
+    }
+
+    /// What the scan is called in reports.
+    pub fn name(&self) -> String {
+        self.scan.as_ref().map_or("example".into(), |path| path.display().to_string())
+    }
+
+    /// An error with the scan it belongs to.
+    pub fn named(&self, error: &dyn std::error::Error) -> Failure {
+        let name = self.scan.as_ref().map_or("the example scan".into(), |path| path.display().to_string());
+        format!("{name}: {error}").into()
+    }
+}
 
 /// The bytes of a model file, or of the built-in model.
 pub fn model_bytes(path: Option<&Path>) -> Result<Vec<u8>, Failure> {
@@ -21,73 +73,6 @@ pub fn model<'a>(bytes: &'a [u8], path: Option<&Path>) -> Result<Model<'a>, Fail
     Model::from_bytes(bytes).map_err(|error| format!("{name}: {}", sentence(&error)).into())
 }
 
-/// An error of the core as a sentence.
-pub fn sentence(error: &Error) -> String {
-    match error {
-        Error::NotAModel => "is not a Lacuna model: make one with `lacuna train`".into(),
-        Error::UnknownVersion { found } => {
-            format!(
-                "has format version {found}, this program reads {}: update it, or train again",
-                lacuna::format::VERSION
-            )
-        }
-        Error::WrongLength { expected, found } if found < expected => {
-            format!("is cut short, {found} of {expected} bytes: copy it again")
-        }
-        Error::WrongLength { expected, found } => {
-            format!("has {found} bytes where {expected} belong: copy it again")
-        }
-        Error::Damaged => "is damaged (checksum): copy it again".into(),
-        Error::Inconsistent(part) => format!("contradicts itself ({part:?}): train it again"),
-        Error::BufferTooSmall { buffer, needed, given } => {
-            format!("the buffer {buffer:?} has {given} elements, {needed} are needed")
-        }
-        Error::Stride { asked, brick } => {
-            format!(
-                "a stride of {asked} does not go with bricks of {brick} voxels: use one of 1 to 4 that divides it"
-            )
-        }
-        Error::Radius { asked } => {
-            format!("a kernel radius of {asked} nodes is too wide for the fixed-point bounds")
-        }
-        Error::Option(name) => format!("the option {name:?} is out of range"),
-        Error::Pose => "the pose is not a rotation with a positive scale".into(),
-        Error::TooFewPoints { given } => format!("{given} points are too few to find a pose"),
-        Error::EmptyHull => "the scan does not touch the model in this pose: is the pose right?".into(),
-    }
-}
-
-/// Millimetres of a unit.
-pub fn millimetres(unit: Unit) -> f64 {
-    match unit {
-        Unit::Millimetre => 1.0,
-        Unit::Metre => 1000.0,
-        Unit::Inch => 25.4,
-        Unit::Micrometre => 0.001,
-    }
-}
-
-/// A unit by name.
-pub fn unit(name: &str) -> Result<Unit, String> {
-    match name {
-        "mm" | "millimetre" => Ok(Unit::Millimetre),
-        "m" | "metre" => Ok(Unit::Metre),
-        "in" | "inch" => Ok(Unit::Inch),
-        "um" | "micrometre" => Ok(Unit::Micrometre),
-        _ => Err("use mm, m, in or um".into()),
-    }
-}
-
-/// The symbol of a unit.
-pub fn symbol(unit: Unit) -> &'static str {
-    match unit {
-        Unit::Millimetre => "mm",
-        Unit::Metre => "m",
-        Unit::Inch => "in",
-        Unit::Micrometre => "um",
-    }
-}
-
 /// A scan from a file, or the example scan; a cloud without normals gets estimated ones.
 pub fn scan(path: Option<&Path>) -> Result<Mesh, Failure> {
     let Some(path) = path else {
@@ -99,12 +84,6 @@ pub fn scan(path: Option<&Path>) -> Result<Mesh, Failure> {
         mesh.normals = crate::normals::estimate(&mesh.points);
     }
     Ok(mesh)
-}
-
-/// An error with the scan it belongs to.
-pub fn named(path: Option<&Path>, error: &dyn std::error::Error) -> Failure {
-    let name = path.map_or("the example scan".into(), |p| p.display().to_string());
-    format!("{name}: {error}").into()
 }
 
 /// All vertices times a factor.

@@ -1,6 +1,8 @@
 //! `lacuna inspect`.
 
 use super::{Common, Failure, inputs, say};
+use crate::sentence::sentence;
+use crate::unit;
 use lacuna::{Fixed, Model, Schedule, Sizes, schedule};
 use std::path::PathBuf;
 
@@ -58,7 +60,7 @@ fn report<'a>(model: &'a Model<'_>, bytes: usize) -> Result<Report<'a>, Failure>
     let h = model.header();
     let required = |momentum: u8| {
         let schedule = Schedule { stride: h.stride, momentum, passes: &schedule::DEFAULT };
-        Sizes::required(model, &schedule).map_err(|error| inputs::sentence(&error))
+        Sizes::required(model, &schedule).map_err(|error| sentence(&error))
     };
     let sizes = required(0)?;
     let modes = model.modes();
@@ -72,7 +74,7 @@ fn report<'a>(model: &'a Model<'_>, bytes: usize) -> Result<Report<'a>, Failure>
         modes,
         explained: h.explained,
         spacing: h.spacing,
-        unit: inputs::symbol(h.unit),
+        unit: unit::symbol(h.unit),
         origin: h.origin,
         sides: h.sides,
         brick: h.brick,

@@ -8,8 +8,6 @@ mod synth;
 mod train;
 mod verify;
 
-pub use inputs::symbol;
-
 use clap::{Args, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::process::ExitCode;

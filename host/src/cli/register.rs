@@ -1,25 +1,15 @@
 //! `lacuna register`.
 
-use super::{Common, Failure, inputs, say};
+use super::inputs::{self, Subject};
+use super::{Common, Failure, say};
 use crate::complete::clean::clean;
 use crate::register;
-use lacuna::format::Unit;
-use std::path::PathBuf;
 
 /// Find the pose of a scan in a model's frame.
 #[derive(clap::Args)]
 pub struct Register {
-    /// The scan [default: the example scan]
-    scan: Option<PathBuf>,
-    /// The shape model [default: the built-in one]
-    #[arg(short, long)]
-    model: Option<PathBuf>,
-    /// Unit of the scan, if it is not the model's: mm, m, in, um
-    #[arg(long, value_parser = inputs::unit)]
-    unit: Option<Unit>,
-    /// Seed of the search
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
+    #[command(flatten)]
+    subject: Subject,
 }
 
 #[derive(serde::Serialize)]
@@ -35,14 +25,12 @@ struct Report {
 impl Register {
     /// Runs the subcommand.
     pub fn run(&self, common: &Common) -> Result<(), Failure> {
-        let bytes = inputs::model_bytes(self.model.as_deref())?;
-        let model = inputs::model(&bytes, self.model.as_deref())?;
-        let unit = self.unit.unwrap_or(model.header().unit);
-        let factor = inputs::millimetres(unit) / inputs::millimetres(model.header().unit);
-        let (scan, _) = clean(&inputs::scaled(inputs::scan(self.scan.as_deref())?, factor));
+        let bytes = self.subject.model_bytes()?;
+        let model = self.subject.model(&bytes)?;
+        let (scan, _) = clean(&self.subject.mesh(&model)?);
         let start = std::time::Instant::now();
-        let found = register::register(&model, &scan, self.seed)
-            .map_err(|error| inputs::named(self.scan.as_deref(), &error))?;
+        let found = register::register(&model, &scan, self.subject.seed)
+            .map_err(|error| self.subject.named(&error))?;
         let report = Report {
             scan_to_model: inputs::matrix(&found.placed, &model),
             scale: 1.0 / (f64::from(found.placed.pose.scale) * f64::from(model.header().spacing)),

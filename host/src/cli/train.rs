@@ -5,6 +5,7 @@ use crate::io;
 use crate::mesh::Mesh;
 use crate::train::align::{Align, align};
 use crate::train::{Settings, train};
+use crate::unit;
 use lacuna::Model;
 use lacuna::format::Unit;
 use rayon::prelude::*;
@@ -32,7 +33,7 @@ pub struct Train {
     #[arg(long)]
     class: Option<String>,
     /// Unit of the meshes: mm, m, in, um
-    #[arg(long, default_value = "mm", value_parser = inputs::unit)]
+    #[arg(long, default_value = "mm", value_parser = unit::parse)]
     unit: Unit,
     /// Whether to align the shapes first: auto looks whether they are in one pose already
     #[arg(long, default_value = "auto", value_parser = align_mode)]
@@ -147,7 +148,7 @@ impl Train {
         }
         let pose = if aligned { "aligned to each other" } else { "in one pose already, left as they are" };
         say(&format!("shapes          {} of class {}, {pose}", report.shapes, report.class));
-        let symbol = inputs::symbol(header.unit);
+        let symbol = unit::symbol(header.unit);
         say(&format!(
             "model           {} modes, {} voxels of {} {symbol}",
             report.modes, report.voxels, report.spacing

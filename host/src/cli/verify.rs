@@ -2,9 +2,10 @@
 
 use super::{Common, Failure, bar, inputs, say};
 use crate::complete::clean::clean;
+use crate::complete::{Hint, Options, Start, start};
 use crate::fit::Digests;
-use crate::mesh::Point;
-use crate::register::{prepare, register};
+use crate::mesh::Mesh;
+use crate::sentence::sentence;
 use crate::synth::Kind;
 use crate::verify::{Case, Class, Report, verify, verify_core};
 use lacuna::{Model, Schedule, schedule};
@@ -73,14 +74,12 @@ fn default_schedule(model: &Model<'_>) -> Schedule<'static> {
     Schedule { stride: model.header().stride, momentum: 0, passes: &schedule::DEFAULT }
 }
 
-/// A scan in the pose that registration finds.
-fn registered(name: &str, bytes: &[u8], scan: &crate::mesh::Mesh) -> Result<Case, Failure> {
+/// A scan in the pose that registration finds, to be refined by the core.
+fn registered(name: &str, bytes: &[u8], scan: &Mesh) -> Result<Case, Failure> {
     let model = inputs::model(bytes, None)?;
-    let placed = register(&model, scan, 1)?.placed;
-    let (centre, mut points) = prepare(scan, 0.4 / f64::from(placed.pose.scale));
-    let shift = centre - placed.centre;
-    points.points.iter_mut().for_each(|p: &mut Point| *p += shift);
-    Ok(Case { name: name.into(), model: bytes.to_vec(), points, pose: placed.pose, volumes: None })
+    let options = Options { hint: Hint::None, seed: 1, schedule: default_schedule(&model), finer: 1 };
+    let Start { points, rough, rounds, .. } = start(&model, scan, &options)?;
+    Ok(Case { name: name.into(), model: bytes.to_vec(), points, pose: rough.pose, rounds, volumes: None })
 }
 
 /// All fixtures against their golden digests.
@@ -92,7 +91,7 @@ pub fn fixtures() -> Result<Vec<Report>, Failure> {
     let mut reports = Vec::new();
     for class in &CLASSES {
         let case = Case::synthetic(class)?;
-        let model = Model::from_bytes(&case.model).map_err(|error| inputs::sentence(&error))?;
+        let model = Model::from_bytes(&case.model).map_err(|error| sentence(&error))?;
         reports.push(verify(&case, default_schedule(&model), golden(class.name))?);
         progress.inc(1);
     }
@@ -106,5 +105,11 @@ pub fn fixtures() -> Result<Vec<Report>, Failure> {
 
 fn golden(name: &str) -> Option<Digests> {
     let found = lacuna_fixtures::GOLDEN.iter().find(|golden| golden.name == name)?;
-    Some(Digests { hull: found.hull, global: found.global, local: found.local, distances: found.distances })
+    Some(Digests {
+        pose: found.pose,
+        hull: found.hull,
+        global: found.global,
+        local: found.local,
+        distances: found.distances,
+    })
 }

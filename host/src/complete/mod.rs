@@ -11,10 +11,13 @@ pub mod verdict;
 use crate::fit::{Fit, fit};
 use crate::mesh::{Mesh, Point};
 use crate::points::OrientedPoints;
-use crate::register::{self, Placed, Registration, prepare};
+use crate::register::{self, Placed, prepare};
+use crate::sentence::sentence;
 use crate::train::distance::Surface;
 use fuse::Dense;
-use lacuna::{Arithmetic, Model, Reach, Schedule, sample};
+use lacuna::completion::{Settings, Standing};
+use lacuna::pose_fit::{ROUNDS, Round};
+use lacuna::{Arithmetic, Model, Pose, Reach, Schedule};
 use merge::{Limits, MEASURED, Merged};
 use verdict::{Grade, Verdict};
 
@@ -69,7 +72,7 @@ pub enum Error {
     #[error(transparent)]
     Register(#[from] register::Error),
     /// The fit.
-    #[error("the fit was refused: {0:?}")]
+    #[error("the fit was refused: {}", sentence(.0))]
     Fit(lacuna::Error),
     /// No surface.
     #[error("{0}")]
@@ -78,8 +81,6 @@ pub enum Error {
 
 /// Hull points are this far apart, voxels.
 const HULL_CELL: f64 = 0.4;
-/// Points farther than this from the jointly fitted surface are clutter, class millimetres.
-const CLUTTER: f32 = 8.0;
 /// Farthest motion of the fitted surface onto the scan, class millimetres.
 const MOTION: f64 = 4.0;
 
@@ -93,13 +94,12 @@ pub fn complete<A: Arithmetic>(
     options: &Options<'_>,
 ) -> Result<Completion, Error> {
     let (scan, specks) = clean::clean(scan);
-    let (measured, registration) =
-        rayon::join(|| scan_surface(&scan, model), || place(model, &scan, options));
-    let (measured, registration) = (measured?, registration?);
-    let placed = registration.placed;
-    let points = hull_points(model, &scan, &registration);
-    let fit =
-        fit::<A>(model, &points, &placed.pose, Reach::of(model), options.schedule).map_err(Error::Fit)?;
+    let (measured, start) = rayon::join(|| scan_surface(&scan, model), || start(model, &scan, options));
+    let (measured, start) = (measured?, start?);
+    let settings = Settings { reach: Reach::of(model), rounds: start.rounds, schedule: options.schedule };
+    let fit = fit::<A>(model, &start.points.packed(), &start.rough.pose, settings).map_err(Error::Fit)?;
+    let placed = Placed { centre: start.rough.centre, pose: fit.outcome.pose };
+    let points = without_clutter(model, &start, &fit);
     let centred = Placed { centre: Point::origin(), ..placed };
     let mut field = Dense::new(model, &fit.local_distances);
     let agreement = agreement(&field, &points, &centred, model);
@@ -116,7 +116,7 @@ pub fn complete<A: Arithmetic>(
     let unit = class_millimetre(model, &placed);
     let limits = Limits { motion: MOTION * unit, sideways: measured.sideways };
     let merged = merge::merge(&fitted, &measured.surface, &limits);
-    let verdict = judge(model, &registration, &fit, &merged, agreement);
+    let verdict = judge(model, &start, &placed, &fit, &merged, agreement);
     Ok(Completion { scan, specks, placed, global, local, merged, fit, verdict })
 }
 
@@ -154,37 +154,54 @@ fn surfels(points: &OrientedPoints, size: f64) -> Mesh {
     mesh
 }
 
-fn place(model: &Model<'_>, scan: &Mesh, options: &Options<'_>) -> Result<Registration, Error> {
-    match &options.hint {
-        Hint::None => Ok(register::register(model, scan, options.seed)?),
-        Hint::Rough(hint) => Ok(register::refine_hint(model, scan, hint)?),
-        Hint::Exact(placed) => Ok(register::assess(model, scan, placed)),
-    }
+/// What the core's completion starts from.
+pub struct Start {
+    /// Thinned points, centred.
+    pub points: OrientedPoints,
+    /// Where the scan lies roughly, with the points' centre.
+    pub rough: Placed,
+    /// How the pose is refined.
+    pub rounds: &'static [Round],
+    /// Inlier share of the next best pose that was tried.
+    pub runner_up: f64,
 }
 
-/// Thinned points for the hull, centred. Clutter is left out where the jointly estimated shape tells it from
-/// the scan; the mean shape alone cannot (ears would go).
-fn hull_points(model: &Model<'_>, scan: &Mesh, registration: &Registration) -> OrientedPoints {
-    let Placed { centre, pose } = registration.placed;
-    let (found, points) = prepare(scan, HULL_CELL / f64::from(pose.scale));
-    let shift = found - centre;
-    let reach = CLUTTER * model.header().scales.millimetre;
-    let mut kept = OrientedPoints::default();
-    for (point, normal) in points.points.iter().zip(&points.normals) {
-        let point = point + shift;
-        let q = pose.apply(point.coords.map(|c| c as f32).into());
-        let known = !registration.weights.is_empty();
-        let clutter = known
-            && sample::band(model, q, &registration.weights, None).is_some_and(|(d, gradient)| {
-                let steepness = gradient.iter().map(|g| g * g).sum::<f32>().sqrt().max(0.3);
-                d.abs() > reach * steepness
-            });
-        if !clutter {
-            kept.points.push(point);
-            kept.normals.push(*normal);
+/// Thins the scan in the pose that is given or found.
+///
+/// # Errors
+/// A scan that does not fit the model.
+pub fn start(model: &Model<'_>, scan: &Mesh, options: &Options<'_>) -> Result<Start, Error> {
+    let (hint, rounds, runner_up): (Placed, &[Round], f64) = match options.hint {
+        Hint::None => {
+            let found = register::register(model, scan, options.seed)?;
+            (found.placed, &ROUNDS, found.runner_up)
         }
+        Hint::Rough(hint) => (hint, &ROUNDS, 0.0),
+        Hint::Exact(hint) => (hint, &[], 0.0),
+    };
+    let (centre, points) = prepare(scan, HULL_CELL / f64::from(hint.pose.scale));
+    let translation = hint.to_model(&centre).coords.map(|c| c as f32).into();
+    let rough = Placed { centre, pose: Pose { translation, ..hint.pose } };
+    Ok(Start { points, rough, rounds, runner_up })
+}
+
+/// The points that the core did not leave out.
+fn without_clutter(model: &Model<'_>, start: &Start, fit: &Fit) -> OrientedPoints {
+    if start.rounds.is_empty() {
+        return start.points.clone();
     }
-    kept
+    let packed = start.points.packed();
+    let cloud = packed.cloud();
+    let pose = &fit.outcome.pose;
+    let kept = |&i: &usize| {
+        let Ok(Some((p, n))) = cloud.map(|cloud| cloud.point(i)) else { return false };
+        Standing::of(model, pose.apply(p), pose.rotate(n), &fit.shape) != Standing::Clutter
+    };
+    let kept: Vec<usize> = (0..start.points.points.len()).filter(kept).collect();
+    OrientedPoints {
+        points: kept.iter().map(|&i| start.points.points[i]).collect(),
+        normals: kept.iter().map(|&i| start.points.normals[i]).collect(),
+    }
 }
 
 /// One class millimetre in the scan's unit.
@@ -226,7 +243,8 @@ fn agreement(field: &Dense, points: &OrientedPoints, placed: &Placed, model: &Mo
 
 fn judge(
     model: &Model<'_>,
-    registration: &Registration,
+    start: &Start,
+    placed: &Placed,
     fit: &Fit,
     merged: &Merged,
     agreement: Agreement,
@@ -239,7 +257,6 @@ fn judge(
         inferred +=
             area * corners.iter().filter(|&&v| merged.labels[v as usize] != MEASURED).count() as f64 / 3.0;
     }
-    let placed = &registration.placed;
     let squares: f64 = fit.global.iter().map(|w| w * w).sum();
     Verdict {
         grade: Grade::Good,
@@ -251,7 +268,10 @@ fn judge(
         inferred_area: inferred,
         weight_norm: (squares / fit.global.len().max(1) as f64).sqrt(),
         scale: 1.0 / (f64::from(placed.pose.scale) * f64::from(model.header().spacing)),
-        pose_inliers: [registration.inliers, registration.runner_up],
+        pose_inliers: [
+            f64::from(fit.outcome.inliers) / start.points.points.len().max(1) as f64,
+            start.runner_up,
+        ],
     }
     .judged(class_millimetre(model, placed))
 }

@@ -10,9 +10,12 @@ pub mod search;
 
 use crate::mesh::{Mesh, Point, Vector};
 use crate::points::{OrientedPoints, thin};
+use crate::sentence::sentence;
+use crate::unit;
 use field::Field;
-use lacuna::pose_fit::{Agreement, ROUNDS, Round, row_len, sums_len};
-use lacuna::{Model, Pose, PoseBuffers, PoseFit, sample};
+use lacuna::completion::Standing;
+use lacuna::pose_fit::{ROUNDS, Round, row_len, sums_len};
+use lacuna::{Cloud, Model, Pose, PoseBuffers, PoseFit};
 use rayon::prelude::*;
 use search::{Candidate, Search};
 
@@ -34,8 +37,6 @@ pub struct Registration {
     pub inliers: f64,
     /// The same for the best of the other candidates, 0 without any.
     pub runner_up: f64,
-    /// Weights of the jointly estimated shape, standard deviations; empty where the pose was given.
-    pub weights: Vec<f32>,
 }
 
 /// Why a scan cannot be registered.
@@ -66,7 +67,7 @@ pub enum Error {
     #[error("the scan does not match the model anywhere: is it of the same class?")]
     NoMatch,
     /// The core refused.
-    #[error("the pose could not be refined: {0:?}")]
+    #[error("the pose could not be refined: {}", sentence(.0))]
     Core(lacuna::Error),
 }
 
@@ -144,29 +145,7 @@ pub fn register(model: &Model<'_>, scan: &Mesh, seed: u64) -> Result<Registratio
     let runner_up =
         joint.iter().find(|other| apart(&best.pose, &other.pose)).map_or(0.0, |other| other.inliers);
     let placed = Placed { centre, pose: best.pose };
-    Ok(Registration { placed, inliers: best.inliers, runner_up, weights: best.weights })
-}
-
-/// Refines a pose that is known roughly.
-///
-/// # Errors
-/// Too little surface, or a pose that is none.
-pub fn refine_hint(model: &Model<'_>, scan: &Mesh, hint: &Placed) -> Result<Registration, Error> {
-    let (centre, points) = prepare(scan, f64::from(model.header().spacing));
-    let moved = hint.to_model(&centre);
-    let pose = Pose { translation: moved.coords.map(|c| c as f32).into(), ..hint.pose };
-    let scored = refine(model, &subsample(&points, POINTS[1]), pose, &ROUNDS)?;
-    let placed = Placed { centre, pose: scored.pose };
-    Ok(Registration { placed, inliers: scored.inliers, runner_up: 0.0, weights: scored.weights })
-}
-
-/// Takes a pose as it is and tells how well it fits the mean shape.
-pub fn assess(model: &Model<'_>, scan: &Mesh, placed: &Placed) -> Registration {
-    let (centre, mut points) = prepare(scan, f64::from(model.header().spacing));
-    points.points.iter_mut().for_each(|p| *p += centre - placed.centre);
-    let weights = vec![0.0; model.modes()];
-    let inliers = inlier_share(model, &points, &placed.pose, &weights);
-    Registration { placed: *placed, inliers, runner_up: 0.0, weights: Vec::new() }
+    Ok(Registration { placed, inliers: best.inliers, runner_up })
 }
 
 /// Whether two poses differ by more than ten degrees.
@@ -181,7 +160,6 @@ struct Scored {
     /// Share of inliers times the squared scale: shrinking must not pay.
     explained: f64,
     inliers: f64,
-    weights: Vec<f32>,
 }
 
 fn refine(
@@ -193,28 +171,22 @@ fn refine(
     let modes = model.modes();
     let (mut normal, mut chunk) = (vec![0.0; sums_len(modes)], vec![0.0; sums_len(modes)]);
     let (mut row, mut weights) = (vec![0.0; row_len(modes)], vec![0.0; modes]);
-    let positions: Vec<[f32; 3]> = points.points.iter().map(|p| p.coords.map(|c| c as f32).into()).collect();
+    let packed = points.packed();
     let buffers =
         PoseBuffers { normal: &mut normal, chunk: &mut chunk, row: &mut row, weights: &mut weights };
-    let (pose, _): (Pose, Agreement) = PoseFit::new(model, &positions, pose, rounds, buffers)?.run();
-    let inliers = inlier_share(model, points, &pose, &weights);
+    let (pose, _, weights) = PoseFit::new(model, packed.cloud()?, usize::MAX, pose, rounds, buffers)?.run();
+    let inliers = inlier_share(model, packed.cloud()?, &pose, weights);
     let factor = f64::from(pose.scale) * f64::from(model.header().spacing);
-    Ok(Scored { pose, explained: inliers * factor * factor, inliers, weights })
+    Ok(Scored { pose, explained: inliers * factor * factor, inliers })
 }
 
-/// Share of points within three class millimetres of the fitted surface that face its way.
-fn inlier_share(model: &Model<'_>, points: &OrientedPoints, pose: &Pose, weights: &[f32]) -> f64 {
-    let reach = 3.0 * model.header().scales.millimetre;
-    let near = |(point, normal): (&Point, &Vector)| {
-        let q = pose.apply(point.coords.map(|c| c as f32).into());
-        let Some((distance, gradient)) = sample::band(model, q, weights, None) else { return false };
-        let n = pose.rotate(normal.map(|c| c as f32).into());
-        let steepness = gradient.iter().map(|g| g * g).sum::<f32>().sqrt().max(0.3);
-        let along: f32 = gradient.iter().zip(n).map(|(g, n)| g * n).sum();
-        distance.abs() <= reach * steepness && along > 0.5 * steepness
+/// Share of points that lie on the fitted surface and face its way.
+fn inlier_share(model: &Model<'_>, cloud: Cloud<'_>, pose: &Pose, weights: &[f32]) -> f64 {
+    let points = (0..cloud.len()).filter_map(|i| cloud.point(i));
+    let inlier = |&(p, n): &([f32; 3], [f32; 3])| {
+        Standing::of(model, pose.apply(p), pose.rotate(n), weights) == Standing::Inlier
     };
-    let inliers = points.points.iter().zip(&points.normals).filter(|&pair| near(pair)).count();
-    inliers as f64 / points.points.len().max(1) as f64
+    points.filter(inlier).count() as f64 / cloud.len().max(1) as f64
 }
 
 fn to_pose(candidate: &Candidate) -> Pose {
@@ -249,6 +221,6 @@ fn check_size(scan: &Mesh, field: &Field, model: &Model<'_>) -> Result<(), Error
     let hint = near.map_or("Is it a scan of this class?".into(), |(unit, _)| {
         format!("Its size would fit if it were in {unit}: convert it, or give --unit")
     });
-    let unit = crate::cli::symbol(model.header().unit);
-    Err(Error::Size { scan: size, model: model_size, unit, limit: LIMIT, hint })
+    let symbol = unit::symbol(model.header().unit);
+    Err(Error::Size { scan: size, model: model_size, unit: symbol, limit: LIMIT, hint })
 }

@@ -10,6 +10,7 @@ use crate::synth::{Head, scan};
 use crate::train::distance::Surface;
 use crate::train::volume::{Lattice, sample};
 use crate::train::{Settings, train};
+use lacuna::pose_fit::Round;
 use lacuna::{Model, Pose, Reach};
 use rayon::prelude::*;
 
@@ -22,8 +23,10 @@ pub struct Case {
     pub model: Vec<u8>,
     /// The scan.
     pub points: OrientedPoints,
-    /// From the scan's frame to the model's voxels.
+    /// From the scan's frame to the model's voxels; rough where there are rounds to refine it.
     pub pose: Pose,
+    /// How the pose is refined; none takes it as it is.
+    pub rounds: &'static [Round],
     /// Training volumes on the model's grid, voxels, 0 where nothing is stored; without them there is no rung 1.
     pub volumes: Option<Vec<Vec<f64>>>,
 }
@@ -76,7 +79,7 @@ impl Case {
         let pose = true_pose(&model, &scan);
         let points = thin(&scan.mesh, 0.5 * class.spacing_mm);
         let volumes = Some(volumes(&model, &heads));
-        Ok(Self { name: class.name.into(), points, pose, volumes, model: file })
+        Ok(Self { name: class.name.into(), points, pose, rounds: &[], volumes, model: file })
     }
 
     /// A scan in the model's own frame and unit.
@@ -85,7 +88,7 @@ impl Case {
     /// Bytes that are not a model.
     pub fn in_model_frame(name: &str, model: Vec<u8>, points: OrientedPoints) -> Result<Self, Error> {
         let pose = voxel_pose(&Model::from_bytes(&model)?);
-        Ok(Self { name: name.into(), model, points, pose, volumes: None })
+        Ok(Self { name: name.into(), model, points, pose, rounds: &[], volumes: None })
     }
 
     /// The reference's hull of the scan.

@@ -92,9 +92,9 @@ impl Report {
     }
 }
 
-fn named(digests: &Digests) -> [(&'static str, u32); 4] {
-    let Digests { hull, global, local, distances } = *digests;
-    [("hull", hull), ("global", global), ("local", local), ("distances", distances)]
+fn named(digests: &Digests) -> [(&'static str, u32); 5] {
+    let Digests { pose, hull, global, local, distances } = *digests;
+    [("pose", pose), ("hull", hull), ("global", global), ("local", local), ("distances", distances)]
 }
 
 /// The unit of a model.

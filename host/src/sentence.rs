@@ -1,0 +1,39 @@
+//! What the core refuses, as sentences: what is wrong and what to do.
+
+use lacuna::Error;
+
+/// An error of the core as a sentence.
+pub fn sentence(error: &Error) -> String {
+    match error {
+        Error::NotAModel => "is not a Lacuna model: make one with `lacuna train`".into(),
+        Error::UnknownVersion { found } => {
+            format!(
+                "has format version {found}, this program reads {}: update it, or train again",
+                lacuna::format::VERSION
+            )
+        }
+        Error::WrongLength { expected, found } if found < expected => {
+            format!("is cut short, {found} of {expected} bytes: copy it again")
+        }
+        Error::WrongLength { expected, found } => {
+            format!("has {found} bytes where {expected} belong: copy it again")
+        }
+        Error::Damaged => "is damaged (checksum): copy it again".into(),
+        Error::Inconsistent(part) => format!("contradicts itself ({part:?}): train it again"),
+        Error::BufferTooSmall { buffer, needed, given } => {
+            format!("the buffer {buffer:?} has {given} elements, {needed} are needed")
+        }
+        Error::Stride { asked, brick } => {
+            format!(
+                "a stride of {asked} does not go with bricks of {brick} voxels: use one of 1 to 4 that divides it"
+            )
+        }
+        Error::Radius { asked } => {
+            format!("a kernel radius of {asked} nodes is too wide for the fixed-point bounds")
+        }
+        Error::Option(name) => format!("the option {name:?} is out of range"),
+        Error::Pose => "the pose is not a rotation with a positive scale".into(),
+        Error::TooFewPoints { given } => format!("{given} points are too few to find a pose"),
+        Error::EmptyHull => "the scan does not touch the model in this pose: is the pose right?".into(),
+    }
+}
