@@ -3,20 +3,22 @@
 //! | quantity | [`Fixed`] | [`Float`] |
 //! |---|---|---|
 //! | weight V | i16, 1/2048 σ, within ±16 σ | f64, σ |
-//! | coefficient V · scale / q³ | i32, 2⁻²⁶ voxel per basis unit, 2⁻¹⁸ at the ends of a row | f64 |
+//! | end of a row, Σ φ V 2^-E | i32, 2^-S voxel per basis unit, times q² | f64 |
+//! | sum of a voxel's modes | i32, 2^-S voxel, times q³ | f64 |
 //! | residual e | i16, 1/256 voxel, within ±8 voxels | f64, voxels |
-//! | sum of a voxel's modes | i32, 2⁻¹⁸ voxel | f64 |
 //! | sum of a cell's gradient | i32, basis units · 1/256 voxel · q³ | f64 |
-//! | node gradient G | i32, 2^-H voxel², H from the kernel's width | f64 |
+//! | node gradient G | i32, 2^-H voxel², times q³ | f64 |
 //! | node curvature d | i32, 2⁻⁸ voxel² | f64 |
-//! | ratio U | i32, 2^-F σ, within ±64 σ, F from the kernel's volume | f64 |
+//! | ratio U | i32, 2^-F σ, within ±64 σ | f64 |
+//!
+//! S follows from the stride, H and F from the kernel's width and volume. Trilinear weights are integers that
+//! sum to q³; what they multiply keeps this factor, and the one division by q³ is folded into the last step.
 //!
 //! Bounds, with stride q ≤ 4, K ≤ 127 modes, exponents ≥ 5 (a basis value is below 4 voxels per σ) and
 //! q (2 r + 1) ≤ 31:
-//! - a voxel's sum: 127 · 16 σ · 4 voxels · 2¹⁸ < 2³¹;
-//! - a cell's gradient: 2047 · 127 · (q (q + 1) / 2)³ ≤ 2²⁸;
-//! - a coefficient: 16 σ · 2⁻⁵ · 2²⁶ / q³, times q² within a slice, < 2²⁶;
-//! - a box of node gradients: 8 · 4 · (q (2 r + 1))³ · 2^H < 2³¹ by the choice of H;
+//! - a voxel's sum: 127 · 16 σ · 4 voxels · q³ · 2^S < 2³¹ by the choice of S;
+//! - a cell's gradient: 2047 · 127 · q⁶ < 2³¹;
+//! - a box of node gradients: 8 · 4 · q³ · (q (2 r + 1))³ · 2^H ≤ 2³¹ by the choice of H;
 //! - a box of node curvatures: 65535 · 31³ < 2³¹;
 //! - a box of ratios: 64 · (2 r + 1)³ · 2^F ≤ 2³¹ by the choice of F.
 
@@ -37,10 +39,6 @@ pub const MAX_EXPONENT: u8 = 14;
 /// Full weight of a hull voxel.
 pub const FULL_WEIGHT: i32 = 16;
 
-const SUM_BITS: u32 = 18;
-/// Bits a coefficient carries until the ends of a row: without them its rounding error, the same at all
-/// corners, would be multiplied by q³ (measured: 18 instead of 2 units of 1/256 voxel at worst).
-const CARRIED_BITS: u32 = 8;
 const CURVATURE_BITS: u32 = 8;
 const MOMENTUM_BITS: u32 = 8;
 
@@ -52,24 +50,26 @@ pub struct Stride {
     /// round(2^bits / q³), within 2¹⁵..2¹⁶.
     reciprocal: i32,
     bits: u32,
+    /// S: bits behind the point of a voxel's sum.
+    sum_bits: u32,
 }
 
 impl Stride {
     /// A stride of 1..=4 voxels; anything else is `None`.
     pub const fn new(voxels: u8) -> Option<Self> {
-        let (reciprocal, bits) = match voxels {
-            1 => (1 << 15, 15),
-            2 => (1 << 15, 18),
-            3 => (38_836, 20),
-            4 => (1 << 15, 21),
+        let (reciprocal, bits, sum_bits) = match voxels {
+            1 => (1 << 15, 15, 16),
+            2 => (1 << 15, 18, 15),
+            3 => (38_836, 20, 13),
+            4 => (1 << 15, 21, 12),
             _ => return None,
         };
-        Some(Self { voxels, reciprocal, bits })
+        Some(Self { voxels, reciprocal, bits, sum_bits })
     }
 
-    /// q³ as a float.
-    fn cube(self) -> f64 {
-        let q = f64::from(self.voxels);
+    /// q³.
+    const fn cube(self) -> u32 {
+        let q = self.voxels as u32;
         q * q * q
     }
 }
@@ -81,6 +81,8 @@ pub struct Kernel {
     pub radius: u8,
     /// Nodes in the box, (2 r + 1)³.
     pub volume: u32,
+    /// q³, by which a node's gradient is still multiplied.
+    cube: u32,
     /// F: bits behind the point of a ratio.
     pub ratio_bits: u32,
     /// H: bits behind the point of a node gradient.
@@ -91,11 +93,11 @@ impl Kernel {
     /// The kernel of a radius in nodes that are `stride` voxels apart; stride (2 radius + 1) is 31 at most.
     pub const fn new(radius: u8, stride: Stride) -> Self {
         let side = 2 * radius as u32 + 1;
-        let volume = side * side * side;
-        let q = stride.voxels as u32;
+        let (volume, cube) = (side * side * side, stride.cube());
         let ratio_bits = least(25 - bits(volume), 16);
-        let gradient_bits = least(26 - bits(volume * q * q * q), 18);
-        Self { radius, volume, ratio_bits, gradient_bits }
+        // At most 13, so that a cell's gradient is never shifted to the left.
+        let gradient_bits = least(26 - bits(volume * cube * cube), DISTANCE_BITS + MIN_EXPONENT as u32);
+        Self { radius, volume, cube, ratio_bits, gradient_bits }
     }
 }
 
@@ -127,32 +129,33 @@ pub trait Arithmetic: Copy {
     fn weight(sigma: f64) -> Self::Weight;
     /// A weight in standard deviations.
     fn sigma(weight: Self::Weight) -> f64;
-    /// V 2^-exponent / q³.
-    fn coefficient(weight: Self::Weight, exponent: u8, stride: Stride) -> Self::Coefficient;
-    /// (q - at) a + at b.
-    fn lerp(a: Self::Coefficient, b: Self::Coefficient, at: u8, stride: Stride) -> Self::Coefficient;
-    /// The end of a row: a coefficient without the bits carried so far.
-    fn row_end(coefficient: Self::Coefficient) -> Self::Coefficient;
+    /// Σ share · V 2^-exponent over the nodes that the end of a row lies between; the shares sum to q².
+    fn row_end<const N: usize>(
+        weights: [Self::Weight; N],
+        shares: [u8; N],
+        exponent: u8,
+        stride: Stride,
+    ) -> Self::Coefficient;
     /// sum + basis · coefficient.
     fn accumulate(sum: Self::Sum, basis: i8, coefficient: Self::Coefficient) -> Self::Sum;
-    /// ((q - at) a + at b): the row sum of a voxel `at` voxels behind the cell's face.
-    fn mix(a: Self::Sum, b: Self::Sum, at: u8, stride: Stride) -> Self::Sum;
+    /// (q - at) near + at far: the sum of a voxel `at` voxels behind the cell's face.
+    fn mix(near: Self::Sum, far: Self::Sum, at: u8, stride: Stride) -> Self::Sum;
     /// W (M + sum - t), limited to ±8 voxels before the weight; `mean` and `target` in 1/256 voxel.
-    fn residual(mean: i16, target: i16, weight: i32, sum: Self::Sum) -> Self::Residual;
+    fn residual(mean: i16, target: i16, weight: i32, sum: Self::Sum, stride: Stride) -> Self::Residual;
     /// M + sum, 1/256 voxel, saturated: the fitted distance of a voxel.
-    fn distance(mean: i16, sum: Self::Sum) -> i16;
-    /// sum + factor · residual · basis, `factor` an integer trilinear weight.
-    fn gradient(sum: Self::Sum, residual: Self::Residual, factor: u8, basis: i8) -> Self::Sum;
-    /// sum + factor · other.
-    fn scale_add(sum: Self::Sum, factor: u8, other: Self::Sum) -> Self::Sum;
-    /// A cell's gradient 2^-exponent / q³ in node units.
-    fn to_node(sum: Self::Sum, exponent: u8, stride: Stride, kernel: Kernel) -> Self::Sum;
+    fn distance(mean: i16, sum: Self::Sum, stride: Stride) -> i16;
+    /// φ W e: a residual times an integer trilinear weight.
+    fn share(residual: Self::Residual, factor: u8) -> Self::Coefficient;
+    /// A cell's gradient 2^-exponent in node units.
+    fn to_node(sum: Self::Sum, exponent: u8, kernel: Kernel) -> Self::Sum;
     /// W Σ g b'² of a voxel (2⁻¹² voxel² `raw`) times an integer trilinear weight.
-    fn curvature(raw: u32, weight: i32, factor: u16) -> Self::Sum;
+    fn curvature(raw: u32, weight: i32, factor: u8) -> Self::Sum;
     /// A cell's curvature / q³ in node units.
     fn curvature_to_node(sum: Self::Sum, stride: Stride) -> Self::Sum;
     /// a + b, wrapping: box sums are exact whatever wraps on the way.
     fn add(a: Self::Sum, b: Self::Sum) -> Self::Sum;
+    /// Whether all sums are 0.
+    fn is_zero(sums: &[Self::Sum]) -> bool;
     /// a - b, wrapping.
     fn subtract(a: Self::Sum, b: Self::Sum) -> Self::Sum;
     /// 1 / (boxed curvature + volume · ridge), `ridge` in voxel².
@@ -194,20 +197,12 @@ impl Arithmetic for Fixed {
     }
 
     #[inline(always)]
-    fn coefficient(weight: i16, exponent: u8, stride: Stride) -> i32 {
-        let shift = stride.bits + u32::from(exponent) - (SUM_BITS + CARRIED_BITS - WEIGHT_BITS);
-        round_shift(i32::from(weight).wrapping_mul(stride.reciprocal), shift)
-    }
-
-    #[inline(always)]
-    fn lerp(a: i32, b: i32, at: u8, stride: Stride) -> i32 {
-        let near = i32::from(stride.voxels) - i32::from(at);
-        a.wrapping_mul(near).wrapping_add(b.wrapping_mul(i32::from(at)))
-    }
-
-    #[inline(always)]
-    fn row_end(coefficient: i32) -> i32 {
-        round_shift(coefficient, CARRIED_BITS)
+    fn row_end<const N: usize>(weights: [i16; N], shares: [u8; N], exponent: u8, stride: Stride) -> i32 {
+        let mut sum = 0;
+        for (&weight, share) in weights.iter().zip(shares) {
+            sum += i32::from(weight) * i32::from(share);
+        }
+        round_shift(sum, WEIGHT_BITS + u32::from(exponent) - stride.sum_bits)
     }
 
     #[inline(always)]
@@ -216,40 +211,35 @@ impl Arithmetic for Fixed {
     }
 
     #[inline(always)]
-    fn mix(a: i32, b: i32, at: u8, stride: Stride) -> i32 {
-        Self::lerp(a, b, at, stride)
+    fn mix(near: i32, far: i32, at: u8, stride: Stride) -> i32 {
+        let share = i32::from(stride.voxels) - i32::from(at);
+        near.wrapping_mul(share).wrapping_add(far.wrapping_mul(i32::from(at)))
     }
 
     #[inline(always)]
-    fn residual(mean: i16, target: i16, weight: i32, sum: i32) -> i16 {
-        let fitted = i32::from(mean) + round_shift(sum, SUM_BITS - DISTANCE_BITS);
+    fn residual(mean: i16, target: i16, weight: i32, sum: i32, stride: Stride) -> i16 {
+        let fitted = i32::from(mean) + to_distance(sum, stride);
         let residual = (fitted - i32::from(target)).clamp(-RESIDUAL_LIMIT, RESIDUAL_LIMIT);
         saturate(round_shift(residual * weight, 4))
     }
 
     #[inline(always)]
-    fn distance(mean: i16, sum: i32) -> i16 {
-        saturate(i32::from(mean) + round_shift(sum, SUM_BITS - DISTANCE_BITS))
+    fn distance(mean: i16, sum: i32, stride: Stride) -> i16 {
+        saturate(i32::from(mean) + to_distance(sum, stride))
     }
 
     #[inline(always)]
-    fn gradient(sum: i32, residual: i16, factor: u8, basis: i8) -> i32 {
-        sum.wrapping_add((i32::from(residual) * i32::from(factor)).wrapping_mul(i32::from(basis)))
+    fn share(residual: i16, factor: u8) -> i32 {
+        i32::from(residual) * i32::from(factor)
     }
 
     #[inline(always)]
-    fn scale_add(sum: i32, factor: u8, other: i32) -> i32 {
-        sum.wrapping_add(other.wrapping_mul(i32::from(factor)))
+    fn to_node(sum: i32, exponent: u8, kernel: Kernel) -> i32 {
+        round_shift(sum, u32::from(exponent) + DISTANCE_BITS - kernel.gradient_bits)
     }
 
     #[inline(always)]
-    fn to_node(sum: i32, exponent: u8, stride: Stride, kernel: Kernel) -> i32 {
-        let shift = stride.bits + u32::from(exponent) + DISTANCE_BITS - kernel.gradient_bits;
-        round_shift_wide(i64::from(sum) * i64::from(stride.reciprocal), shift) as i32
-    }
-
-    #[inline(always)]
-    fn curvature(raw: u32, weight: i32, factor: u16) -> i32 {
+    fn curvature(raw: u32, weight: i32, factor: u8) -> i32 {
         let voxel = (raw >> 4).min(65535) as i32;
         round_shift(voxel * weight, 4).wrapping_mul(i32::from(factor))
     }
@@ -265,6 +255,11 @@ impl Arithmetic for Fixed {
     }
 
     #[inline(always)]
+    fn is_zero(sums: &[i32]) -> bool {
+        sums.iter().all(|&sum| sum == 0)
+    }
+
+    #[inline(always)]
     fn subtract(a: i32, b: i32) -> i32 {
         a.wrapping_sub(b)
     }
@@ -274,13 +269,13 @@ impl Arithmetic for Fixed {
         let denominator = f64::from(boxed.max(0)) + ridge * unit * f64::from(kernel.volume);
         // A gradient of H bits over a curvature of 8 bits gives H - 8; the ratio carries F.
         let exponent = kernel.ratio_bits as i32 + CURVATURE_BITS as i32 - kernel.gradient_bits as i32;
-        Factor::new(libm::scalbn(1.0 / denominator, exponent))
+        Factor::new(libm::scalbn(1.0 / (denominator * f64::from(kernel.cube)), exponent))
     }
 
     #[inline(always)]
     fn ratio(boxed: i32, reciprocal: Factor, kernel: Kernel) -> i32 {
-        let limit = 64i64 << kernel.ratio_bits;
-        reciprocal.multiply(boxed).clamp(1 - limit, limit - 1) as i32
+        let limit = 64i32 << kernel.ratio_bits;
+        reciprocal.multiply(boxed).clamp(1 - limit, limit - 1)
     }
 
     fn gain(step: f64, gain: f64, kernel: Kernel) -> Factor {
@@ -291,10 +286,17 @@ impl Arithmetic for Fixed {
     #[inline(always)]
     fn step(weight: i16, previous: i16, momentum: i32, boxed: i32, gain: Factor) -> i16 {
         let inertia = (i32::from(weight) - i32::from(previous)) * momentum;
-        let change = i64::from(inertia) - gain.multiply(boxed);
-        let next = i64::from(weight) + round_shift_wide(change, MOMENTUM_BITS);
+        let change = inertia.saturating_sub(gain.multiply(boxed));
+        let next = i32::from(weight) + (change.saturating_add(1 << (MOMENTUM_BITS - 1)) >> MOMENTUM_BITS);
         next.clamp(-32767, 32767) as i16
     }
+}
+
+/// A voxel's sum in 1/256 voxel.
+#[inline(always)]
+const fn to_distance(sum: i32, stride: Stride) -> i32 {
+    let shift = stride.sum_bits + stride.bits - DISTANCE_BITS;
+    round_shift_wide(sum as i64 * stride.reciprocal as i64, shift) as i32
 }
 
 /// Double precision through the very same loops: what separates it from [`Fixed`] is rounding alone.
@@ -325,59 +327,54 @@ impl Arithmetic for Float {
         weight
     }
 
-    fn coefficient(weight: f64, exponent: u8, stride: Stride) -> f64 {
-        weight * power(exponent) / stride.cube()
-    }
-
-    fn lerp(a: f64, b: f64, at: u8, stride: Stride) -> f64 {
-        f64::from(stride.voxels - at.min(stride.voxels)) * a + f64::from(at) * b
-    }
-
-    fn row_end(coefficient: f64) -> f64 {
-        coefficient
+    fn row_end<const N: usize>(weights: [f64; N], shares: [u8; N], exponent: u8, _: Stride) -> f64 {
+        let sum: f64 = weights.iter().zip(shares).map(|(w, share)| w * f64::from(share)).sum();
+        sum * power(exponent)
     }
 
     fn accumulate(sum: f64, basis: i8, coefficient: f64) -> f64 {
         sum + f64::from(basis) * coefficient
     }
 
-    fn mix(a: f64, b: f64, at: u8, stride: Stride) -> f64 {
-        Self::lerp(a, b, at, stride)
+    fn mix(near: f64, far: f64, at: u8, stride: Stride) -> f64 {
+        f64::from(stride.voxels - at.min(stride.voxels)) * near + f64::from(at) * far
     }
 
-    fn residual(mean: i16, target: i16, weight: i32, sum: f64) -> f64 {
+    fn residual(mean: i16, target: i16, weight: i32, sum: f64, stride: Stride) -> f64 {
         let limit = distance(RESIDUAL_LIMIT as i16);
-        let residual = (distance(mean) + sum - distance(target)).clamp(-limit, limit);
+        let fitted = distance(mean) + sum / f64::from(stride.cube());
+        let residual = (fitted - distance(target)).clamp(-limit, limit);
         residual * f64::from(weight) / f64::from(FULL_WEIGHT)
     }
 
-    fn distance(mean: i16, sum: f64) -> i16 {
-        libm::floor((distance(mean) + sum) * f64::from(1 << DISTANCE_BITS) + 0.5) as i16
+    fn distance(mean: i16, sum: f64, stride: Stride) -> i16 {
+        let fitted = distance(mean) + sum / f64::from(stride.cube());
+        libm::floor(fitted * f64::from(1 << DISTANCE_BITS) + 0.5) as i16
     }
 
-    fn gradient(sum: f64, residual: f64, factor: u8, basis: i8) -> f64 {
-        sum + residual * f64::from(factor) * f64::from(basis)
+    fn share(residual: f64, factor: u8) -> f64 {
+        residual * f64::from(factor)
     }
 
-    fn scale_add(sum: f64, factor: u8, other: f64) -> f64 {
-        sum + f64::from(factor) * other
+    fn to_node(sum: f64, exponent: u8, _: Kernel) -> f64 {
+        sum * power(exponent)
     }
 
-    fn to_node(sum: f64, exponent: u8, stride: Stride, _: Kernel) -> f64 {
-        sum * power(exponent) / stride.cube()
-    }
-
-    fn curvature(raw: u32, weight: i32, factor: u16) -> f64 {
+    fn curvature(raw: u32, weight: i32, factor: u8) -> f64 {
         let voxel = f64::from(raw) / f64::from(1 << (CURVATURE_BITS + 4));
         voxel * f64::from(weight) / f64::from(FULL_WEIGHT) * f64::from(factor)
     }
 
     fn curvature_to_node(sum: f64, stride: Stride) -> f64 {
-        sum / stride.cube()
+        sum / f64::from(stride.cube())
     }
 
     fn add(a: f64, b: f64) -> f64 {
         a + b
+    }
+
+    fn is_zero(sums: &[f64]) -> bool {
+        sums.iter().all(|&sum| sum == 0.0)
     }
 
     fn subtract(a: f64, b: f64) -> f64 {
@@ -385,7 +382,7 @@ impl Arithmetic for Float {
     }
 
     fn reciprocal(boxed: f64, ridge: f64, kernel: Kernel) -> f64 {
-        1.0 / (boxed.max(0.0) + ridge * f64::from(kernel.volume))
+        1.0 / ((boxed.max(0.0) + ridge * f64::from(kernel.volume)) * f64::from(kernel.cube))
     }
 
     fn ratio(boxed: f64, reciprocal: f64, _: Kernel) -> f64 {
@@ -424,8 +421,19 @@ mod tests {
                 let kernel = Kernel::new(radius, stride);
                 assert!((64u64 * u64::from(kernel.volume)) << kernel.ratio_bits <= 1 << 31, "{radius}");
                 let width = u64::from(voxels) * u64::from(2 * radius + 1);
-                assert!((32 * width.pow(3)) << kernel.gradient_bits <= 1 << 31, "{voxels} {radius}");
+                let box_of_gradients = 32 * u64::from(voxels).pow(3) * width.pow(3);
+                assert!(box_of_gradients << kernel.gradient_bits <= 1 << 31, "{voxels} {radius}");
             }
+        }
+    }
+
+    #[test]
+    fn sums_of_voxels_and_cells_stay_within_31_bits() {
+        for voxels in 1..=4u8 {
+            let (stride, q) = (Stride::new(voxels).unwrap(), i64::from(voxels));
+            assert!((127 * 64 * q.pow(3)) << stride.sum_bits < 1 << 31, "{voxels}");
+            assert!(2047 * 127 * q.pow(6) < 1 << 31, "{voxels}");
+            assert!(stride.sum_bits <= WEIGHT_BITS + u32::from(MIN_EXPONENT), "{voxels}");
         }
     }
 

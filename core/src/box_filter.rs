@@ -3,70 +3,132 @@
 //! With wrapping integers a box sum is exact as long as it fits itself, whatever wrapped on the way.
 
 use crate::arithmetic::Arithmetic;
-use crate::grid::linear;
+use crate::gradient::GROUP;
+use crate::grid::product;
+use crate::nodes::NodeMap;
 
-/// Replaces a field (x fastest) by its integral image: entry (x, y, z) becomes the sum of all entries up to
-/// and including x, y and z.
-pub fn integrate<A: Arithmetic>(field: &mut [A::Sum], sides: [u16; 3]) {
-    let width = usize::from(sides[0]).max(1);
-    let slice = (width * usize::from(sides[1])).max(1);
-    for row in field.chunks_exact_mut(width) {
-        let mut sum = A::Sum::default();
-        for value in row {
-            sum = A::add(sum, *value);
-            *value = sum;
-        }
-    }
-    for plane in field.chunks_exact_mut(slice) {
-        accumulate::<A>(plane, width);
-    }
-    accumulate::<A>(field, slice);
+/// Elements of the memory of [`box_sums`] for a grid of nodes: the field, a row of zeros, and a row with room for
+/// the widest kernel (31 nodes) at its ends.
+pub const fn dense_len(sides: [u16; 3]) -> usize {
+    product(sides) + 2 * sides[0] as usize + 2 * MARGIN
 }
 
-/// Adds to each block of `length` the block before it.
-fn accumulate<A: Arithmetic>(field: &mut [A::Sum], length: usize) {
-    let mut rest = field;
-    while let Some((before, after)) = rest.split_at_mut_checked(length) {
-        for (value, &above) in after.iter_mut().zip(before.iter()) {
-            *value = A::add(*value, above);
+/// Nodes beyond either end of a row that a kernel may reach: radius and one more.
+const MARGIN: usize = 16;
+
+/// Replaces lane `lane` of a field at the active nodes by its sums over the box of `radius` nodes around each of
+/// them, zero outside the grid and at the other nodes. `dense` has [`dense_len`] elements.
+pub fn box_sums<A: Arithmetic>(
+    nodes: &NodeMap<'_>,
+    dense: &mut [A::Sum],
+    radius: u8,
+    field: &mut [[A::Sum; GROUP]],
+    lane: usize,
+) {
+    let sides = nodes.sides();
+    let width = usize::from(sides[0]);
+    let Some((dense, lines)) = dense.split_at_mut_checked(product(sides)) else { return };
+    let Some((zeros, line)) = lines.split_at_mut_checked(width) else { return };
+    zeros.fill(A::Sum::default());
+    integrate::<A>(nodes, field, lane, dense, zeros);
+    let mut end = 0;
+    nodes.for_each(|number, index| {
+        if index >= end {
+            let row = index.checked_div(width).unwrap_or(0);
+            end = (row + 1) * width;
+            prepare_line::<A>(dense, zeros, line, sides, row, usize::from(radius));
         }
-        rest = after;
+        let x = index + width - end;
+        let high = line.get(x + 2 * usize::from(radius) + 1).copied().unwrap_or_default();
+        let low = line.get(x).copied().unwrap_or_default();
+        if let Some(value) = field.get_mut(number).and_then(|lanes| lanes.get_mut(lane)) {
+            *value = A::subtract(high, low);
+        }
+    });
+}
+
+/// Fills `dense` with the field's integral image, x fastest: entry (x, y, z) is the sum of all entries up to and
+/// including x, y and z.
+fn integrate<A: Arithmetic>(
+    nodes: &NodeMap<'_>,
+    field: &[[A::Sum; GROUP]],
+    lane: usize,
+    dense: &mut [A::Sum],
+    zeros: &[A::Sum],
+) {
+    let [width, height, depth] = nodes.sides().map(usize::from);
+    let mut values = field.iter().map(|lanes| lanes.get(lane).copied().unwrap_or_default());
+    let mut active = nodes.bits();
+    for z in 0..depth {
+        for y in 0..height {
+            let start = (z * height + y) * width;
+            let Some((done, rest)) = dense.split_at_mut_checked(start) else { return };
+            let before = |rows: usize, inside: bool| {
+                let row = start.checked_sub(rows * width).filter(|_| inside);
+                row.and_then(|row| done.get(row..)?.get(..width)).unwrap_or(zeros)
+            };
+            let (above, behind) = (before(1, y > 0), before(height, z > 0));
+            let both = before(height + 1, y > 0 && z > 0);
+            let mut sum = A::Sum::default();
+            for (((place, &above), &behind), &both) in rest.iter_mut().zip(above).zip(behind).zip(both) {
+                if active.next() == Some(true) {
+                    sum = A::add(sum, values.next().unwrap_or_default());
+                }
+                *place = A::add(sum, A::subtract(A::add(above, behind), both));
+            }
+        }
     }
 }
 
-/// Sum over the box of `radius` nodes around `at`, cut at the grid (zero outside), from an integral image.
-#[inline]
-pub fn box_sum<A: Arithmetic>(integral: &[A::Sum], sides: [u16; 3], at: [u16; 3], radius: u8) -> A::Sum {
-    let r = u16::from(radius);
-    let [x, y, z] = at;
-    let high = [x, y, z].map(|v| v.saturating_add(r));
-    let last = sides.map(|side| side.saturating_sub(1));
-    let high = [high[0].min(last[0]), high[1].min(last[1]), high[2].min(last[2])];
-    let low = at.map(|v| v.checked_sub(r + 1));
-    let value = |x: Option<u16>, y: Option<u16>, z: Option<u16>| match (x, y, z) {
-        (Some(x), Some(y), Some(z)) => integral.get(linear([x, y, z], sides)).copied().unwrap_or_default(),
-        _ => A::Sum::default(),
+/// The box sums over y and z of a row, still summed along x: entry x + radius + 1 belongs to node x, zeros lie before
+/// and the last sum behind.
+fn prepare_line<A: Arithmetic>(
+    integral: &[A::Sum],
+    zeros: &[A::Sum],
+    line: &mut [A::Sum],
+    sides: [u16; 3],
+    row: usize,
+    radius: usize,
+) {
+    let [width, height, depth] = sides.map(usize::from);
+    let (y, z) = (row.checked_rem(height).unwrap_or(0), row.checked_div(height).unwrap_or(0));
+    let at = |y: Option<usize>, z: Option<usize>| {
+        let start = y.zip(z).map(|(y, z)| (z * height + y) * width);
+        start.and_then(|start| integral.get(start..)?.get(..width)).unwrap_or(zeros)
     };
-    let face = |z: Option<u16>| {
-        let (hx, hy) = (Some(high[0]), Some(high[1]));
-        let upper = A::subtract(value(hx, hy, z), value(low[0], hy, z));
-        let lower = A::subtract(value(hx, low[1], z), value(low[0], low[1], z));
-        A::subtract(upper, lower)
-    };
-    A::subtract(face(Some(high[2])), face(low[2]))
+    let high = |v: usize, side: usize| Some((v + radius).min(side.saturating_sub(1)));
+    let low = |v: usize| v.checked_sub(radius + 1);
+    let (y1, z1, y0, z0) = (high(y, height), high(z, depth), low(y), low(z));
+    let rows = at(y1, z1).iter().zip(at(y0, z1)).zip(at(y1, z0)).zip(at(y0, z0));
+    let Some((front, rest)) = line.split_at_mut_checked(radius + 1) else { return };
+    front.fill(A::Sum::default());
+    let mut last = A::Sum::default();
+    for (value, (((&a, &b), &c), &d)) in rest.iter_mut().zip(rows) {
+        last = A::subtract(A::subtract(a, b), A::subtract(c, d));
+        *value = last;
+    }
+    if let Some(behind) = rest.get_mut(width..) {
+        behind.iter_mut().take(radius).for_each(|value| *value = last);
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::arithmetic::{Fixed, Float};
+    use crate::grid::position;
 
     const SIDES: [u16; 3] = [5, 4, 6];
+
+    /// Every third node is active; their values.
+    fn field() -> [i32; 120] {
+        core::array::from_fn(|i| if i % 3 == 0 { (i as i32 * 7919 % 1009 - 500) * 40_000 } else { 0 })
+    }
 
     fn naive(field: &[i32], at: [u16; 3], r: u16) -> i32 {
         let mut sum = 0i32;
         for (index, &value) in field.iter().enumerate() {
-            let p = crate::grid::position(index, SIDES);
+            let p = position(index, SIDES);
             if p.iter().zip(at).all(|(&a, b)| a.abs_diff(b) <= r) {
                 sum = sum.wrapping_add(value);
             }
@@ -76,19 +138,25 @@ mod tests {
 
     #[test]
     fn box_sums_equal_naive_sums_even_when_the_integral_wraps() {
-        let field: [i32; 120] = core::array::from_fn(|i| (i as i32 * 7919 % 1009 - 500) * 40_000);
-        let mut integral = field;
-        integrate::<Fixed>(&mut integral, SIDES);
-        let mut float = field.map(f64::from);
-        integrate::<Float>(&mut float, SIDES);
-        for index in 0..field.len() {
-            let at = crate::grid::position(index, SIDES);
-            for radius in 0..4 {
-                let exact = naive(&field, at, u16::from(radius));
-                assert_eq!(box_sum::<Fixed>(&integral, SIDES, at, radius), exact);
+        let field = field();
+        let mut words = [0; 8];
+        let nodes = NodeMap::of(SIDES, |node| node % 3 == 0, &mut words);
+        for radius in 0..4u8 {
+            let mut sums: [[i32; GROUP]; 40] = core::array::from_fn(|i| [field[3 * i], 5, 5, 5, 5]);
+            let mut dense = [7; dense_len(SIDES)];
+            box_sums::<Fixed>(&nodes, &mut dense, radius, &mut sums, 0);
+            let mut floats = sums.map(|lanes| lanes.map(f64::from));
+            floats.iter_mut().enumerate().for_each(|(i, lanes)| lanes[3] = f64::from(field[3 * i]));
+            let before = floats;
+            let mut dense = [7.0; dense_len(SIDES)];
+            box_sums::<Float>(&nodes, &mut dense, radius, &mut floats, 3);
+            for (i, &[sum, ..]) in sums.iter().enumerate() {
+                let exact = naive(&field, position(3 * i, SIDES), u16::from(radius));
+                assert_eq!(sum, exact, "node {i}, radius {radius}");
                 if radius < 2 {
-                    assert!((box_sum::<Float>(&float, SIDES, at, radius) - f64::from(exact)).abs() < 1e-3);
+                    assert!((floats[i][3] - f64::from(exact)).abs() < 1e-3);
                 }
+                assert_eq!(floats[i][..3], before[i][..3], "the other lanes stay");
             }
         }
     }

@@ -1,17 +1,7 @@
-//! The walk over a brick's cells that residuals and distances share: interpolates the weights to each
-//! voxel and sums its modes, Σ_k b'_k(n) (Σ_j φ_jn V_kj).
-//!
-//! Within a row of a cell the trilinear weights are linear in x, so two dot products with the weights at
-//! the row's ends are enough for every voxel.
+//! The cells of a brick: cubes of q³ voxels between eight nodes, walked row by row.
 
-use crate::arithmetic::{Arithmetic, Stride};
-use crate::model::{Brick, Row};
-use crate::nodes::{NodeMap, cell_mask};
-
-/// Coefficients needed for one cell: 8 corners, 4 edges of a slice, 2 ends of a row, for each mode.
-pub const fn cell_len(modes: usize) -> usize {
-    14 * modes
-}
+use crate::model::Brick;
+use crate::nodes::cell_mask;
 
 /// A cell within a brick.
 #[derive(Clone, Copy, Debug)]
@@ -20,6 +10,17 @@ pub struct Cell {
     pub corner: [u8; 3],
     /// Node at that voxel.
     pub node: [u16; 3],
+}
+
+/// The wanted voxels of a row of a cell.
+#[derive(Clone, Copy, Debug)]
+pub struct Piece {
+    /// Bit x is set where the voxel x behind the cell's face is wanted; never 0.
+    pub mask: u8,
+    /// The same for the stored ones.
+    stored: u8,
+    /// Voxels of the brick before the cell's face in this row.
+    first: usize,
 }
 
 /// The cells of a brick.
@@ -48,126 +49,43 @@ impl Cell {
         [x + (c & 1), y + (c >> 1 & 1), z + (c >> 2 & 1)]
     }
 
-    /// The part of row (y, z) of the cell that is stored: its mask, and the row for numbering.
+    /// Row (y, z) of the cell, by the wanted voxels of each row of the brick; `None` if there is none in it.
     #[inline]
-    pub fn row(&self, brick: &Brick<'_>, y: u8, z: u8, stride: u8) -> (u8, Row) {
+    pub fn piece(&self, brick: &Brick<'_>, wanted: &[u8], y: u8, z: u8, stride: u8) -> Option<Piece> {
         let [x0, y0, z0] = self.corner;
+        let index = usize::from(z0 + z) * usize::from(brick.edge()) + usize::from(y0 + y);
+        let wanted = wanted.get(index)? & cell_mask(x0, stride);
+        if wanted == 0 {
+            return None;
+        }
         let row = brick.row(y0 + y, z0 + z);
-        (row.mask & cell_mask(x0, stride), row)
+        let at_face = |mask: u8| mask >> (x0 & 7);
+        Some(Piece { mask: at_face(wanted), stored: at_face(row.mask), first: row.rank(x0) })
     }
 
-    /// The stored voxels of row (y, z): offset from the cell's face and number within the brick.
+    /// Whether a voxel of the cell is wanted.
     #[inline]
-    pub fn voxels(
-        &self,
-        brick: &Brick<'_>,
-        y: u8,
-        z: u8,
-        stride: u8,
-    ) -> impl Iterator<Item = (u8, usize)> + use<> {
-        let (mask, row) = self.row(brick, y, z, stride);
-        let x0 = self.corner[0];
-        let first = row.rank(x0);
-        (0..stride).filter(move |x| mask >> (x0 + x) & 1 != 0).enumerate().map(move |(i, x)| (x, first + i))
+    pub fn any(&self, brick: &Brick<'_>, wanted: &[u8], stride: u8) -> bool {
+        let [x0, y0, z0] = self.corner;
+        let mask = cell_mask(x0, stride);
+        (z0..z0 + stride).any(|z| {
+            let start = usize::from(z) * usize::from(brick.edge()) + usize::from(y0);
+            let rows = wanted.get(start..).and_then(|rows| rows.get(..usize::from(stride)));
+            rows.is_some_and(|rows| rows.iter().any(|row| row & mask != 0))
+        })
     }
+}
 
-    /// Whether a stored voxel of the cell is `wanted` (asked by its number within the brick).
+impl Piece {
+    /// Offset from the cell's face and number within the brick of each wanted voxel.
     #[inline]
-    pub fn any(&self, brick: &Brick<'_>, stride: u8, wanted: impl Fn(usize) -> bool) -> bool {
-        (0..stride).any(|z| (0..stride).any(|y| self.voxels(brick, y, z, stride).any(|(_, v)| wanted(v))))
+    pub fn voxels(self) -> impl Iterator<Item = (u8, usize)> {
+        // Set bits of 0..8; a cell is at most four voxels wide.
+        const BITS: [u8; 8] = [0, 1, 1, 2, 1, 2, 2, 3];
+        let Self { mask, stored, first } = self;
+        (0..4u8).filter(move |x| mask >> x & 1 != 0).map(move |x| {
+            let before = BITS.get(usize::from(stored & ((1 << x) - 1) & 7)).copied().unwrap_or(0);
+            (x, first + usize::from(before))
+        })
     }
-}
-
-/// What the walk reads: the weights at the active nodes, mode fastest.
-#[derive(Clone, Copy, Debug)]
-pub struct Field<'a, A: Arithmetic> {
-    /// Stride of the nodes.
-    pub stride: Stride,
-    /// Numbers of the active nodes.
-    pub nodes: &'a NodeMap<'a>,
-    /// K weights for each active node.
-    pub weights: &'a [A::Weight],
-    /// K.
-    pub modes: usize,
-}
-
-impl<A: Arithmetic> Field<'_, A> {
-    /// Visits the wanted voxels of a brick with the sum of their modes. `scratch` has [`cell_len`] elements.
-    pub fn walk(
-        &self,
-        brick: &Brick<'_>,
-        scratch: &mut [A::Coefficient],
-        wanted: impl Fn(usize) -> bool,
-        mut visit: impl FnMut(usize, A::Sum),
-    ) {
-        let Some((corners, rest)) = scratch.split_at_mut_checked(8 * self.modes) else { return };
-        let Some((edges, rest)) = rest.split_at_mut_checked(4 * self.modes) else { return };
-        let Some((near, rest)) = rest.split_at_mut_checked(self.modes) else { return };
-        let Some((far, _)) = rest.split_at_mut_checked(self.modes) else { return };
-        let q = self.stride.voxels;
-        for cell in cells(brick, q) {
-            if !cell.any(brick, q, &wanted) {
-                continue;
-            }
-            self.load(&cell, brick.exponents(), corners);
-            for z in 0..q {
-                lerp_blocks::<A>(corners, 4 * self.modes, edges, z, self.stride);
-                for y in 0..q {
-                    if !cell.voxels(brick, y, z, q).any(|(_, v)| wanted(v)) {
-                        continue;
-                    }
-                    // Edges in the order (x0 y0), (x1 y0), (x0 y1), (x1 y1).
-                    self.row_end(edges, 0, near, y);
-                    self.row_end(edges, 1, far, y);
-                    for (x, voxel) in cell.voxels(brick, y, z, q).filter(|&(_, v)| wanted(v)) {
-                        let basis = brick.basis(voxel);
-                        let sum = A::mix(dot::<A>(basis, near), dot::<A>(basis, far), x, self.stride);
-                        visit(voxel, sum);
-                    }
-                }
-            }
-        }
-    }
-
-    /// Coefficients of the eight corners; an inactive node counts as zero (no stored voxel leans on it).
-    fn load(&self, cell: &Cell, exponents: &[u8], corners: &mut [A::Coefficient]) {
-        for (c, block) in (0u16..).zip(corners.chunks_exact_mut(self.modes.max(1))) {
-            let number = self.nodes.number(cell.corner_node(c));
-            let weights = number.and_then(|n| self.weights.get(n * self.modes..)).unwrap_or(&[]);
-            for ((value, &weight), &exponent) in block.iter_mut().zip(weights).zip(exponents) {
-                *value = A::coefficient(weight, exponent, self.stride);
-            }
-        }
-    }
-
-    fn row_end(&self, edges: &[A::Coefficient], end: usize, out: &mut [A::Coefficient], y: u8) {
-        let low = edges.get(end * self.modes..).unwrap_or(&[]);
-        let high = edges.get((end + 2) * self.modes..).unwrap_or(&[]);
-        for ((value, &a), &b) in out.iter_mut().zip(low).zip(high) {
-            *value = A::row_end(A::lerp(a, b, y, self.stride));
-        }
-    }
-}
-
-/// out = lerp(first half, second half) of `blocks`, halves of `length`.
-fn lerp_blocks<A: Arithmetic>(
-    blocks: &[A::Coefficient],
-    length: usize,
-    out: &mut [A::Coefficient],
-    at: u8,
-    stride: Stride,
-) {
-    let Some((low, high)) = blocks.split_at_checked(length) else { return };
-    for ((value, &a), &b) in out.iter_mut().zip(low).zip(high) {
-        *value = A::lerp(a, b, at, stride);
-    }
-}
-
-#[inline(always)]
-fn dot<A: Arithmetic>(basis: &[u8], coefficients: &[A::Coefficient]) -> A::Sum {
-    let mut sum = A::Sum::default();
-    for (&b, &c) in basis.iter().zip(coefficients) {
-        sum = A::accumulate(sum, b as i8, c);
-    }
-    sum
 }

@@ -95,6 +95,8 @@ pub enum Buffer {
     Previous,
     /// Residuals, one a stored voxel.
     Residuals,
+    /// Masks of the hull, one a row of a brick.
+    HullRows,
     /// Gradients of a group of modes.
     Gradient,
     /// The dense node field of the box filter.

@@ -55,10 +55,26 @@ impl Factor {
         }
     }
 
-    /// factor · x, rounded half up.
+    /// factor · x, rounded half up, saturated.
+    ///
+    /// With a shift of 18 and more only the high word of the product is needed: floor after floor is one floor,
+    /// so the result is the same, without shifts of 64 bits.
     #[inline(always)]
-    pub const fn multiply(self, x: i32) -> i64 {
-        round_shift_wide(x as i64 * self.mantissa as i64, self.shift as u32)
+    pub const fn multiply(self, x: i32) -> i32 {
+        let shift = self.shift as u32;
+        if shift >= 18 && shift < 48 {
+            let mantissa = (self.mantissa as i32) << 15;
+            let high = ((x as i64 * mantissa as i64) >> 32) as i32;
+            return ((high >> (shift - 18)) + 1) >> 1;
+        }
+        let wide = round_shift_wide(x as i64 * self.mantissa as i64, shift);
+        if wide > i32::MAX as i64 {
+            i32::MAX
+        } else if wide < i32::MIN as i64 {
+            i32::MIN
+        } else {
+            wide as i32
+        }
     }
 }
 
@@ -74,12 +90,25 @@ mod tests {
     }
 
     #[test]
+    fn both_ways_to_multiply_round_alike() {
+        for shift in 0..63 {
+            let factor = Factor { mantissa: 51_234, shift };
+            for x in [i32::MIN, -98_765_432, -7, -1, 0, 1, 12_345, 1 << 20, i32::MAX] {
+                let exact = round_shift_wide(i64::from(x) * 51_234, u32::from(shift));
+                let exact = exact.clamp(i64::from(i32::MIN), i64::from(i32::MAX));
+                assert_eq!(i64::from(factor.multiply(x)), exact, "{x} {shift}");
+            }
+        }
+    }
+
+    #[test]
     fn factors_are_good_to_sixteen_bits() {
         for value in [1e-9, 0.03, 0.5, 1.0, 3.7, 40_000.0] {
-            let product = Factor::new(value).multiply(1 << 30) as f64;
-            let exact = value * f64::from(1 << 30);
+            let product = f64::from(Factor::new(value).multiply(1 << 14));
+            let exact = value * f64::from(1 << 14);
             assert!((product - exact).abs() <= exact / 32768.0 + 0.5, "{value}: {product}");
         }
+        assert_eq!(Factor::new(40_000.0).multiply(1 << 30), i32::MAX);
         assert_eq!(Factor::new(f64::NAN), Factor::default());
         assert_eq!(Factor::new(-1.0), Factor::default());
         assert_eq!(Factor::new(1e-300), Factor::default());

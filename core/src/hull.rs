@@ -12,7 +12,7 @@ use crate::arithmetic::{DISTANCE_BITS, FULL_WEIGHT, RESIDUAL_LIMIT};
 use crate::error::{Buffer, Error, OptionName};
 use crate::fixed::round_shift;
 use crate::format::digest;
-use crate::model::Model;
+use crate::model::{Brick, Model, Row};
 
 const ONE: f32 = (1 << DISTANCE_BITS) as f32;
 const NORMAL_BITS: u32 = 12;
@@ -162,6 +162,7 @@ impl<'m, 'b, K: Key> HullBuilder<'m, 'b, K> {
 
     /// Adds a point and its outward unit normal, both in voxels. Points outside the grid and normals that
     /// are not of unit length are left out.
+    #[inline(never)]
     pub fn add(&mut self, point: [f32; 3], normal: [f32; 3]) {
         let length = normal.iter().map(|n| n * n).sum::<f32>();
         let inside = point
@@ -197,36 +198,38 @@ impl<'m, 'b, K: Key> HullBuilder<'m, 'b, K> {
         ranges
     }
 
+    /// Lets a point claim the voxels it reaches in one row. Most voxels of its box are out of reach: distance and
+    /// squared offset are carried along the row, and only what is reached is looked up in the model.
+    #[inline(never)]
     fn add_row(&mut self, point: [i32; 3], normal: [i32; 3], (from, to): (u16, u16), y: u16, z: u16) {
-        let edge = u16::from(self.model.grid().brick()).max(1);
-        let mut x = from;
-        while x < to {
-            let end = (x / edge * edge + edge).min(to);
-            if let Some(brick) = self.model.brick_at([x, y, z]) {
-                let row = brick.row((y % edge) as u8, (z % edge) as u8);
-                for x in x..end {
-                    if let Some(voxel) = row.voxel((x % edge) as u8) {
-                        self.update(brick.first + voxel, point, normal, [x, y, z]);
-                    }
-                }
+        let offset = |v: u16, p: i32| (i32::from(v) << DISTANCE_BITS) - p;
+        let ([px, py, pz], [nx, ny, nz]) = (point, normal);
+        let (oy, oz) = (offset(y, py), offset(z, pz));
+        let (fixed_along, fixed_squared) = (oy * ny + oz * nz, oy * oy + oz * oz);
+        let (front, lateral) = (i32::from(self.reach.front), i32::from(self.reach.lateral));
+        // A row passes the point's normal at no less than this, along n x e_x; most rows of the box miss it.
+        let across = i64::from((oy * nz - oz * ny) >> NORMAL_BITS);
+        let length = i64::from((ny * ny + nz * nz) >> NORMAL_BITS) + 1;
+        let reach = i64::from(lateral + 2);
+        if across * across > (reach * reach * length) >> NORMAL_BITS {
+            return;
+        }
+        let mut row = RowCursor::default();
+        for x in from..to {
+            let ox = offset(x, px);
+            let distance = round_shift(fixed_along + ox * nx, NORMAL_BITS);
+            let squared = fixed_squared + ox * ox;
+            if distance.abs() > front || squared - distance * distance > lateral * lateral {
+                continue;
             }
-            x = end;
+            if let Some(index) = row.find(self.model, [x, y, z]) {
+                self.claim(index, distance, squared);
+            }
         }
     }
 
-    #[inline]
-    fn update(&mut self, index: usize, point: [i32; 3], normal: [i32; 3], voxel: [u16; 3]) {
-        let (mut along, mut squared) = (0i32, 0i32);
-        for ((&p, n), v) in point.iter().zip(normal).zip(voxel) {
-            let offset = (i32::from(v) << DISTANCE_BITS) - p;
-            along += offset * n;
-            squared += offset * offset;
-        }
-        let distance = round_shift(along, NORMAL_BITS);
-        let lateral = i32::from(self.reach.lateral);
-        if distance.abs() > i32::from(self.reach.front) || squared - distance * distance > lateral * lateral {
-            return;
-        }
+    #[inline(never)]
+    fn claim(&mut self, index: usize, distance: i32, squared: i32) {
         // Behind the surface a voxel is claimed as far as in front, so that a sheet farther off cannot claim it,
         // but only the first ones have a weight: a line of sight ends at the surface.
         let weight = if distance >= -i32::from(self.reach.behind) { FULL_WEIGHT } else { UNKNOWN };
@@ -245,6 +248,30 @@ impl<'m, 'b, K: Key> HullBuilder<'m, 'b, K> {
     /// The hull of all points added, and the keys' memory.
     pub fn finish(self) -> (Hull<'b>, &'b mut [K]) {
         (Hull::new(self.targets), self.keys)
+    }
+}
+
+/// The row of a brick that was looked up last.
+#[derive(Clone, Copy, Default)]
+struct RowCursor {
+    /// First and one behind the last voxel along x.
+    span: (u16, u16),
+    /// Number of the brick's first voxel and its row, if the brick is stored.
+    row: Option<(usize, Row)>,
+}
+
+impl RowCursor {
+    /// Number of a stored voxel in the same row as the one before.
+    #[inline(never)]
+    fn find(&mut self, model: &Model<'_>, [x, y, z]: [u16; 3]) -> Option<usize> {
+        let edge = u16::from(model.grid().brick()).max(1);
+        if !(self.span.0..self.span.1).contains(&x) {
+            let start = x / edge * edge;
+            let row = |brick: Brick<'_>| (brick.first, brick.row((y % edge) as u8, (z % edge) as u8));
+            *self = Self { span: (start, start + edge), row: model.brick_at([x, y, z]).map(row) };
+        }
+        let (first, row) = self.row?;
+        Some(first + row.voxel((x - self.span.0) as u8)?)
     }
 }
 

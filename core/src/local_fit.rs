@@ -17,18 +17,32 @@
 //! Modes are taken [`GROUP`] at a time, so that gradients need memory for a group and not for all.
 
 use crate::arithmetic::{Arithmetic, Kernel, Stride};
-use crate::box_filter::{box_sum, integrate};
-use crate::cells::{Cell, Field, cell_len, cells};
+use crate::box_filter::{box_sums, dense_len};
+use crate::cells::cells;
+use crate::curvature::cell_curvature;
 use crate::error::{Buffer, Error};
+use crate::field::Field;
 use crate::format::{MAX_MODES, digest};
+use crate::gradient::{GROUP, Shares};
 use crate::hull::Hull;
-use crate::model::{Brick, MAX_BRICK_VOXELS, Model};
+use crate::hull_rows::HullRows;
+use crate::model::{Brick, MAX_BRICK_ROWS, MAX_BRICK_VOXELS, Model};
 use crate::nodes::NodeMap;
 use crate::schedule::Schedule;
-use crate::workspace::{Progress, Workspace, first};
+use crate::workspace::{Progress, Workspace, cell_len, first};
 
-/// Modes whose gradients are held at a time.
-pub const GROUP: usize = 4;
+/// The kinds of work of a local fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Task {
+    /// d and its reciprocals, once a pass.
+    Curvature,
+    /// e, once an iteration.
+    Residuals,
+    /// G of a group of modes.
+    Gradient,
+    /// U and V of a group of modes.
+    Update,
+}
 
 /// What the next step does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,6 +71,7 @@ pub struct LocalFit<'m, 'b, A: Arithmetic> {
     weights: &'b mut [A::Weight],
     previous: &'b mut [A::Weight],
     residuals: &'b mut [A::Residual],
+    rows: HullRows<'b>,
     gradient: &'b mut [A::Sum],
     dense: &'b mut [A::Sum],
     reciprocals: &'b mut [A::Reciprocal],
@@ -89,10 +104,11 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
             weights: first(workspace.weights, active * modes, Buffer::NodeWeights)?,
             previous: first(workspace.previous, previous, Buffer::Previous)?,
             residuals: first(workspace.residuals, model.voxels(), Buffer::Residuals)?,
+            rows: HullRows::new(model, workspace.hull_rows)?,
             gradient: first(workspace.gradient, active * GROUP, Buffer::Gradient)?,
-            dense: first(workspace.dense, model.grid().nodes(stride.voxels), Buffer::Dense)?,
+            dense: first(workspace.dense, dense_len(nodes.sides()), Buffer::Dense)?,
             reciprocals: first(workspace.reciprocals, active, Buffer::Reciprocals)?,
-            cell: first(workspace.cell, cell_len(modes), Buffer::Cell)?,
+            cell: first(workspace.cell, cell_len(modes, stride.voxels), Buffer::Cell)?,
             gains: [0; MAX_MODES as usize],
             stage: Stage::Curvature(0),
             model,
@@ -156,6 +172,17 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         Some(Progress { done: self.done, total: self.total(bricks, groups) })
     }
 
+    /// What the next step does; `None` when there is none.
+    pub const fn task(&self) -> Option<Task> {
+        match self.stage {
+            Stage::Curvature(_) | Stage::Reciprocals => Some(Task::Curvature),
+            Stage::Residuals(_) => Some(Task::Residuals),
+            Stage::Gradient(..) => Some(Task::Gradient),
+            Stage::Update(_) => Some(Task::Update),
+            Stage::Done => None,
+        }
+    }
+
     /// Runs all steps.
     pub fn run(&mut self) {
         while self.step().is_some() {}
@@ -181,58 +208,27 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         Kernel::new(self.schedule.passes.get(self.pass).map_or(0, |pass| pass.radius), self.stride)
     }
 
-    /// d of one brick, kept in the gradient's memory until it is inverted.
+    /// d of one brick, kept in the first lane of the gradient's memory until it is inverted.
+    #[inline(never)]
     fn add_curvature(&mut self, index: usize) {
         if index == 0 {
             self.gradient.fill(A::Sum::default());
         }
         let Some(brick) = self.model.brick(index) else { return };
+        if self.pass == 0 {
+            self.rows.mark(index, &brick, &self.hull);
+        }
+        let Some(wanted) = self.rows.of(index) else { return };
         let q = self.stride.voxels;
-        for cell in cells(&brick, q) {
-            if !cell.any(&brick, q, |v| self.hull.target(brick.first + v).weight() != 0) {
-                continue;
-            }
-            let corners = self.cell_curvature(&brick, &cell);
-            for (c, corner) in (0u16..).zip(corners) {
-                let number = self.nodes.number(cell.corner_node(c));
-                if let Some(sum) = number.and_then(|n| self.gradient.get_mut(n)) {
+        for cell in cells(&brick, q).filter(|cell| cell.any(&brick, wanted, q)) {
+            let corners = cell_curvature::<A>(&brick, &cell, wanted, &self.hull, &self.gains, self.stride);
+            let sums = self.gradient.as_chunks_mut::<GROUP>().0;
+            for (number, corner) in self.nodes.corners(&cell).into_iter().zip(corners) {
+                if let Some([sum, ..]) = sums.get_mut(number) {
                     *sum = A::add(*sum, A::curvature_to_node(corner, self.stride));
                 }
             }
         }
-    }
-
-    fn cell_curvature(&self, brick: &Brick<'_>, cell: &Cell) -> [A::Sum; 8] {
-        let q = self.stride.voxels;
-        let mut corners = [A::Sum::default(); 8];
-        for z in 0..q {
-            for y in 0..q {
-                for (x, voxel) in cell.voxels(brick, y, z, q) {
-                    let weight = self.hull.target(brick.first + voxel).weight();
-                    if weight == 0 {
-                        continue;
-                    }
-                    let raw = self.voxel_curvature(brick, voxel);
-                    for (c, corner) in (0u8..).zip(&mut corners) {
-                        let factor = trilinear([x, y, z], c, q);
-                        *corner = A::add(*corner, A::curvature(raw, weight, factor));
-                    }
-                }
-            }
-        }
-        corners
-    }
-
-    /// Σ_k g_k b'² of a voxel in 2⁻¹² voxel²; each term is below 2²⁴ for exponents of 5 and more.
-    fn voxel_curvature(&self, brick: &Brick<'_>, voxel: usize) -> u32 {
-        let terms = brick.basis(voxel).iter().zip(brick.exponents()).zip(&self.gains);
-        terms.fold(0, |sum: u32, ((&b, &e), &gain)| {
-            let b = i32::from(b as i8);
-            let square = (b * b) as u32;
-            sum.wrapping_add(
-                square.wrapping_mul(u32::from(gain)) >> (2 * u32::from(e)).saturating_sub(4).min(31),
-            )
-        })
     }
 
     fn invert_curvature(&mut self) {
@@ -240,140 +236,117 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         let scales = &self.model.header().scales;
         let q = f64::from(self.stride.voxels);
         let ridge = f64::from(scales.local_ridge) + f64::from(scales.voxel_ridge) * (q * q * q);
-        smooth::<A>(&self.nodes, self.dense, kernel.radius, self.gradient, 1, 0);
-        for (reciprocal, &boxed) in self.reciprocals.iter_mut().zip(self.gradient.iter()) {
-            *reciprocal = A::reciprocal(boxed, ridge, kernel);
+        self.smooth(kernel.radius, 1);
+        let sums = self.gradient.as_chunks::<GROUP>().0;
+        for (reciprocal, [boxed, ..]) in self.reciprocals.iter_mut().zip(sums) {
+            *reciprocal = A::reciprocal(*boxed, ridge, kernel);
         }
     }
 
+    #[inline(never)]
     fn add_residuals(&mut self, index: usize) {
+        let Some(wanted) = self.rows.of(index) else { return };
         let Some(brick) = self.model.brick(index) else { return };
         let Some(residuals) = self.residuals.get_mut(brick.first..) else { return };
-        let hull = self.hull;
-        let field = Field::<A> {
-            stride: self.stride,
-            nodes: &self.nodes,
-            weights: self.weights,
-            modes: self.model.modes(),
-        };
-        field.walk(
-            &brick,
-            self.cell,
-            |voxel| hull.target(brick.first + voxel).weight() != 0,
-            |voxel, sum| {
-                let target = hull.target(brick.first + voxel);
-                if let Some(residual) = residuals.get_mut(voxel) {
-                    *residual = A::residual(brick.mean(voxel), target.distance(), target.weight(), sum);
-                }
-            },
-        );
+        let (hull, stride) = (self.hull, self.stride);
+        let field =
+            Field::<A> { stride, nodes: &self.nodes, weights: self.weights, modes: self.model.modes() };
+        field.walk(&brick, self.cell, wanted, |voxel, sum| {
+            let target = hull.target(brick.first + voxel);
+            if let Some(residual) = residuals.get_mut(voxel) {
+                *residual = A::residual(brick.mean(voxel), target.distance(), target.weight(), sum, stride);
+            }
+        });
     }
 
+    #[inline(never)]
     fn add_gradient(&mut self, group: usize, index: usize) {
         if index == 0 {
             self.gradient.fill(A::Sum::default());
         }
+        let Some(wanted) = self.rows.of(index) else { return };
         let Some(brick) = self.model.brick(index) else { return };
+        let Some(residuals) = self.residuals.get(brick.first..) else { return };
         let exponents = brick.exponents().get(group * GROUP..).unwrap_or(&[]);
-        let kernel = self.kernel();
-        let q = self.stride.voxels;
-        for cell in cells(&brick, q) {
-            if !cell.any(&brick, q, |v| self.hull.target(brick.first + v).weight() != 0) {
-                continue;
-            }
-            let corners = self.cell_gradient(&brick, &cell, group);
-            for (c, corner) in (0u16..).zip(corners) {
-                let Some(number) = self.nodes.number(cell.corner_node(c)) else { continue };
-                let sums = self.gradient.get_mut(number * GROUP..).unwrap_or(&mut []);
-                for ((sum, part), &exponent) in sums.iter_mut().zip(corner).zip(exponents) {
-                    *sum = A::add(*sum, A::to_node(part, exponent, self.stride, kernel));
+        let (kernel, q) = (self.kernel(), self.stride.voxels);
+        let gradient = self.gradient.as_chunks_mut::<GROUP>().0;
+        for cell in cells(&brick, q).filter(|cell| cell.any(&brick, wanted, q)) {
+            let shares = Shares::<A>::of(&brick, &cell, wanted, residuals, q, self.cell);
+            let corners = self.nodes.corners(&cell);
+            let parts = shares.gradient(&brick, group);
+            for (corner, number) in corners.into_iter().enumerate() {
+                let Some(sums) = gradient.get_mut(number) else { continue };
+                for ((sum, part), &exponent) in sums.iter_mut().zip(&parts).zip(exponents) {
+                    let part = part.get(corner).copied().unwrap_or_default();
+                    *sum = A::add(*sum, A::to_node(part, exponent, kernel));
                 }
             }
         }
     }
 
-    /// Σ φ W e b' of a cell for each corner and mode of the group, in basis units times q³.
-    fn cell_gradient(&self, brick: &Brick<'_>, cell: &Cell, group: usize) -> [[A::Sum; GROUP]; 8] {
-        let q = self.stride.voxels;
-        let mut corners = [[A::Sum::default(); GROUP]; 8];
-        for z in 0..q {
-            let mut edges = [[A::Sum::default(); GROUP]; 4];
-            for y in 0..q {
-                let [near, far] = self.row_gradient(brick, cell, [y, z], group);
-                let [e0, e1, e2, e3] = &mut edges;
-                scale_add::<A>(e0, q - y, &near);
-                scale_add::<A>(e1, q - y, &far);
-                scale_add::<A>(e2, y, &near);
-                scale_add::<A>(e3, y, &far);
-            }
-            let (low, high) = corners.split_at_mut(4);
-            for ((low, high), edge) in low.iter_mut().zip(high).zip(&edges) {
-                scale_add::<A>(low, q - z, edge);
-                scale_add::<A>(high, z, edge);
-            }
-        }
-        corners
-    }
-
-    #[inline]
-    fn row_gradient(
-        &self,
-        brick: &Brick<'_>,
-        cell: &Cell,
-        [y, z]: [u8; 2],
-        group: usize,
-    ) -> [[A::Sum; GROUP]; 2] {
-        let q = self.stride.voxels;
-        let mut near = [A::Sum::default(); GROUP];
-        let mut far = near;
-        for (x, voxel) in cell.voxels(brick, y, z, q) {
-            if self.hull.target(brick.first + voxel).weight() == 0 {
-                continue;
-            }
-            let residual = self.residuals.get(brick.first + voxel).copied().unwrap_or_default();
-            let basis = brick.basis(voxel).get(group * GROUP..).unwrap_or(&[]);
-            for ((near, far), &b) in near.iter_mut().zip(&mut far).zip(basis) {
-                *near = A::gradient(*near, residual, q - x, b as i8);
-                *far = A::gradient(*far, residual, x, b as i8);
-            }
-        }
-        [near, far]
-    }
-
+    #[inline(never)]
     fn update(&mut self, group: usize) {
         let kernel = self.kernel();
-        let passes = self.schedule.passes;
-        let mu = passes.get(self.pass).and_then(|pass| pass.steps.get(self.iteration));
-        let mu = f64::from(mu.copied().unwrap_or(0.0));
         let modes = self.model.modes();
-        for (lane, k) in (group * GROUP..modes).take(GROUP).enumerate() {
-            smooth::<A>(&self.nodes, self.dense, kernel.radius, self.gradient, GROUP, lane);
-            let sums = self.gradient.iter_mut().skip(lane).step_by(GROUP);
-            for (sum, &reciprocal) in sums.zip(self.reciprocals.iter()) {
+        let lanes = modes.saturating_sub(group * GROUP).min(GROUP);
+        self.smooth(kernel.radius, lanes);
+        let nodes = self.gradient.as_chunks_mut::<GROUP>().0;
+        for (sums, &reciprocal) in nodes.iter_mut().zip(self.reciprocals.iter()) {
+            if A::is_zero(sums) {
+                continue;
+            }
+            for sum in sums {
                 *sum = A::ratio(*sum, reciprocal, kernel);
             }
-            smooth::<A>(&self.nodes, self.dense, kernel.radius, self.gradient, GROUP, lane);
-            self.move_weights(k, lane, A::gain(mu, f64::from(self.model.gain(k)), kernel));
+        }
+        self.smooth(kernel.radius, lanes);
+        self.move_weights(group * GROUP, self.gains_of(group, kernel));
+    }
+
+    /// Box sums of the first `lanes` modes of the group.
+    fn smooth(&mut self, radius: u8, lanes: usize) {
+        for lane in (0..lanes).filter(|_| radius > 0) {
+            let field = self.gradient.as_chunks_mut::<GROUP>().0;
+            box_sums::<A>(&self.nodes, self.dense, radius, field, lane);
         }
     }
 
-    /// One step of mode `k` at all nodes.
-    fn move_weights(&mut self, k: usize, lane: usize, gain: A::Gain) {
+    /// μ g / (2 r + 1)³ for the modes of a group.
+    fn gains_of(&self, group: usize, kernel: Kernel) -> [A::Gain; GROUP] {
+        let pass = self.schedule.passes.get(self.pass);
+        let mu = f64::from(pass.and_then(|pass| pass.steps.get(self.iteration)).copied().unwrap_or(0.0));
+        let mut gains = [A::Gain::default(); GROUP];
+        for (k, gain) in (group * GROUP..self.model.modes()).zip(&mut gains) {
+            *gain = A::gain(mu, f64::from(self.model.gain(k)), kernel);
+        }
+        gains
+    }
+
+    /// One step of the modes from `first` on at all nodes.
+    #[inline(never)]
+    fn move_weights(&mut self, first: usize, gains: [A::Gain; GROUP]) {
         let modes = self.model.modes().max(1);
         let momentum = i32::from(self.schedule.momentum);
-        let boxed = self.gradient.iter().skip(lane).step_by(GROUP);
-        let weights = self.weights.iter_mut().skip(k).step_by(modes);
-        if momentum == 0 {
-            for (weight, &boxed) in weights.zip(boxed) {
-                *weight = A::step(*weight, *weight, 0, boxed, gain);
+        let mut previous = self.previous.chunks_exact_mut(modes);
+        let nodes = self.weights.chunks_exact_mut(modes).zip(self.gradient.as_chunks::<GROUP>().0);
+        for (weights, sums) in nodes {
+            // Most nodes lie beyond the hull's reach; only momentum moves those.
+            if momentum == 0 && A::is_zero(sums) {
+                continue;
             }
-            return;
-        }
-        let previous = self.previous.iter_mut().skip(k).step_by(modes);
-        for ((weight, previous), &boxed) in weights.zip(previous).zip(boxed) {
-            let next = A::step(*weight, *previous, momentum, boxed, gain);
-            *previous = *weight;
-            *weight = next;
+            let weights = weights.iter_mut().skip(first).zip(sums).zip(&gains);
+            match previous.next() {
+                None => weights.for_each(|((weight, &boxed), &gain)| {
+                    *weight = A::step(*weight, *weight, 0, boxed, gain);
+                }),
+                Some(previous) => {
+                    for (((weight, &boxed), &gain), previous) in weights.zip(previous.iter_mut().skip(first))
+                    {
+                        let next = A::step(*weight, *previous, momentum, boxed, gain);
+                        (*previous, *weight) = (*weight, next);
+                    }
+                }
+            }
         }
     }
 
@@ -385,14 +358,10 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
             weights: self.weights,
             modes: self.model.modes(),
         };
-        field.walk(
-            brick,
-            self.cell,
-            |_| true,
-            |voxel, sum| {
-                visit(brick.first + voxel, A::distance(brick.mean(voxel), sum));
-            },
-        );
+        let (stride, mut masks) = (self.stride, [0; MAX_BRICK_ROWS]);
+        field.walk(brick, self.cell, brick.row_masks(&mut masks), |voxel, sum| {
+            visit(brick.first + voxel, A::distance(brick.mean(voxel), sum, stride));
+        });
     }
 
     /// The same in the order of the voxels, in `buffer`: what is sent and digested.
@@ -424,44 +393,5 @@ impl LocalFit<'_, '_, crate::arithmetic::Fixed> {
     /// CRC-32 of the weights.
     pub fn digest(&self) -> u32 {
         digest(self.weights.iter().map(|w| w.to_le_bytes()))
-    }
-}
-
-/// φ q³ of corner `c` for the voxel at `at` within a cell.
-#[inline]
-fn trilinear(at: [u8; 3], c: u8, q: u8) -> u16 {
-    let [x, y, z] = at;
-    let along = |v: u8, bit: u8| u16::from(if c >> bit & 1 == 0 { q - v } else { v });
-    along(x, 0) * along(y, 1) * along(z, 2)
-}
-
-#[inline(always)]
-fn scale_add<A: Arithmetic>(sums: &mut [A::Sum; GROUP], factor: u8, parts: &[A::Sum; GROUP]) {
-    for (sum, &part) in sums.iter_mut().zip(parts) {
-        *sum = A::scale_add(*sum, factor, part);
-    }
-}
-
-/// Replaces lane `lane` of a field at the active nodes (`lanes` side by side) by its box sums.
-fn smooth<A: Arithmetic>(
-    nodes: &NodeMap<'_>,
-    dense: &mut [A::Sum],
-    radius: u8,
-    field: &mut [A::Sum],
-    lanes: usize,
-    lane: usize,
-) {
-    if radius == 0 {
-        return;
-    }
-    dense.fill(A::Sum::default());
-    for (index, &value) in nodes.iter().zip(field.iter().skip(lane).step_by(lanes)) {
-        if let Some(place) = dense.get_mut(index) {
-            *place = value;
-        }
-    }
-    integrate::<A>(dense, nodes.sides());
-    for (index, value) in nodes.iter().zip(field.iter_mut().skip(lane).step_by(lanes)) {
-        *value = box_sum::<A>(dense, nodes.sides(), nodes.position(index), radius);
     }
 }

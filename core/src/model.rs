@@ -10,6 +10,8 @@ use crate::format::{
 };
 use crate::grid::{Grid, linear, position, product};
 
+/// Most rows of a brick.
+pub const MAX_BRICK_ROWS: usize = 64;
 /// Most voxels of a brick.
 pub const MAX_BRICK_VOXELS: usize = 512;
 
@@ -307,6 +309,22 @@ impl<'a> Brick<'a> {
     pub fn basis(&self, voxel: usize) -> &'a [u8] {
         let modes = self.exponents.len();
         self.basis.get(voxel * modes..).and_then(|b| b.get(..modes)).unwrap_or(&[])
+    }
+
+    /// Basis values from a voxel on, those of the next voxels behind it.
+    #[inline]
+    pub fn basis_from(&self, voxel: usize) -> &'a [u8] {
+        self.basis.get(voxel * self.exponents.len()..).unwrap_or(&[])
+    }
+
+    /// The stored voxels of every row, y fastest, in the beginning of `masks`.
+    pub fn row_masks<'d>(&self, masks: &'d mut [u8; MAX_BRICK_ROWS]) -> &'d [u8] {
+        let rows = self.rows.chunks_exact(ROW_BYTES);
+        let count = rows.len();
+        for (mask, row) in masks.iter_mut().zip(rows) {
+            *mask = row.first().copied().unwrap_or(0);
+        }
+        masks.get(..count).unwrap_or(&[])
     }
 
     fn check(&self) -> Result<(), Error> {

@@ -2,6 +2,7 @@
 //!
 //! They are numbered in x-fastest order through a bit set with running counts.
 
+use crate::cells::Cell;
 use crate::error::{Buffer, Error};
 use crate::grid::{linear, position, product};
 use crate::model::Model;
@@ -27,21 +28,26 @@ impl<'b> NodeMap<'b> {
     /// # Errors
     /// A buffer that is too small.
     pub fn new(model: &Model<'_>, stride: u8, words: &'b mut [u32]) -> Result<Self, Error> {
-        let nodes = model.grid().nodes(stride);
-        let words = first(words, map_len(nodes), Buffer::Nodes)?;
+        let words = first(words, map_len(model.grid().nodes(stride)), Buffer::Nodes)?;
+        Ok(Self::of(model.grid().node_sides(stride), |node| is_active(model, stride, node), words))
+    }
+
+    /// The map of a grid of nodes from a test for each.
+    pub(crate) fn of(sides: [u16; 3], is_active: impl Fn(usize) -> bool, words: &'b mut [u32]) -> Self {
+        let nodes = product(sides);
         let mut active = 0;
         for (block, pair) in words.chunks_exact_mut(2).enumerate() {
             let [bits, before] = pair else { continue };
             (*bits, *before) = (0, active);
             for bit in 0..32 {
                 let node = block * 32 + bit;
-                if node < nodes && is_active(model, stride, node) {
+                if node < nodes && is_active(node) {
                     *bits |= 1 << bit;
                     active += 1;
                 }
             }
         }
-        Ok(Self { sides: model.grid().node_sides(stride), words, active: active as usize })
+        Self { sides, words, active: active as usize }
     }
 
     /// Nodes along x, y and z.
@@ -63,18 +69,41 @@ impl<'b> NodeMap<'b> {
         (bits & bit != 0).then(|| *before as usize + (bits & (bit - 1)).count_ones() as usize)
     }
 
-    /// The active nodes in the order of their numbers: position in the dense field.
-    pub fn iter(&self) -> impl Iterator<Item = usize> + '_ {
-        self.words.chunks_exact(2).enumerate().flat_map(|(block, pair)| {
-            let bits = pair.first().copied().unwrap_or(0);
-            (0..32).filter(move |bit| bits >> bit & 1 != 0).map(move |bit| block * 32 + bit)
+    /// Numbers of the eight corners of a cell that holds a stored voxel: there all of them are active, so that the
+    /// second of each pair along x follows the first.
+    #[inline]
+    pub fn corners(&self, cell: &Cell) -> [usize; 8] {
+        let pair = |c: u16| self.number(cell.corner_node(c)).unwrap_or(0);
+        let [a, b, c, d] = [pair(0), pair(2), pair(4), pair(6)];
+        [a, a + 1, b, b + 1, c, c + 1, d, d + 1]
+    }
+
+    /// For each node of the grid in turn, whether it is active; then for the rest of the last word.
+    pub fn bits(&self) -> impl Iterator<Item = bool> + '_ {
+        let mut words = self.words.as_chunks::<2>().0.iter();
+        let (mut word, mut left) = (0u32, 0u32);
+        core::iter::from_fn(move || {
+            if left == 0 {
+                (word, left) = (words.next()?[0], 32);
+            }
+            let active = word & 1 != 0;
+            (word, left) = (word >> 1, left - 1);
+            Some(active)
         })
     }
 
-    /// Node position of a place in the dense field.
+    /// Visits the active nodes in the order of their numbers: number, position in the dense field.
     #[inline]
-    pub const fn position(&self, index: usize) -> [u16; 3] {
-        position(index, self.sides)
+    pub fn for_each(&self, mut visit: impl FnMut(usize, usize)) {
+        let mut number = 0;
+        for (block, pair) in self.words.as_chunks::<2>().0.iter().enumerate() {
+            let [mut bits, _] = *pair;
+            while bits != 0 {
+                visit(number, block * 32 + bits.trailing_zeros() as usize);
+                number += 1;
+                bits &= bits - 1;
+            }
+        }
     }
 }
 

@@ -1,11 +1,13 @@
 //! Borrowed memory: how much a fit needs, and the slices it works in.
 
 use crate::arithmetic::Arithmetic;
-use crate::cells::cell_len;
+use crate::box_filter::dense_len;
 use crate::completion::Memory;
 use crate::error::{Buffer, Error};
+use crate::field::ends_len;
 use crate::global_fit::normal_len;
-use crate::local_fit::GROUP;
+use crate::gradient::{GROUP, shares_len};
+use crate::hull_rows::rows_len;
 use crate::model::Model;
 use crate::nodes::{count, map_len};
 use crate::pose_fit::{row_len, sums_len};
@@ -31,15 +33,17 @@ pub struct Sizes {
     pub previous: usize,
     /// Residuals; the hull's keys share this memory in fixed point.
     pub residuals: usize,
+    /// Masks of the hull's rows, u8.
+    pub hull_rows: usize,
     /// Gradients of a group of modes.
     pub gradient: usize,
-    /// Dense node field.
+    /// Dense node field, and the lines of the box filter.
     pub dense: usize,
     /// Reciprocal curvatures.
     pub reciprocals: usize,
     /// Node map, u32.
     pub nodes: usize,
-    /// Coefficients of one cell.
+    /// Ends of a row, shares of a cell.
     pub cell: usize,
     /// Normal equations of the global fit, f64.
     pub normal: usize,
@@ -68,11 +72,12 @@ impl Sizes {
             weights,
             previous: if schedule.momentum == 0 { 0 } else { weights },
             residuals: voxels,
+            hull_rows: rows_len(model),
             gradient: active * GROUP,
-            dense: nodes,
+            dense: dense_len(model.grid().node_sides(stride)),
             reciprocals: active,
             nodes: map_len(nodes),
-            cell: cell_len(modes),
+            cell: cell_len(modes, stride),
             normal: normal_len(modes),
             block: normal_len(modes),
             global: modes,
@@ -99,6 +104,7 @@ impl Sizes {
             (w.weights.len(), self.weights, Buffer::NodeWeights),
             (w.previous.len(), self.previous, Buffer::Previous),
             (w.residuals.len(), self.residuals, Buffer::Residuals),
+            (w.hull_rows.len(), self.hull_rows, Buffer::HullRows),
             (w.gradient.len(), self.gradient, Buffer::Gradient),
             (w.dense.len(), self.dense, Buffer::Dense),
             (w.reciprocals.len(), self.reciprocals, Buffer::Reciprocals),
@@ -112,6 +118,7 @@ impl Sizes {
     /// Bytes of all buffers in an arithmetic.
     pub const fn bytes<A: Arithmetic>(&self) -> usize {
         2 * self.targets
+            + self.hull_rows
             + size_of::<A::Weight>() * (self.weights + self.previous)
             + size_of::<A::Residual>() * self.residuals
             + size_of::<A::Sum>() * (self.gradient + self.dense)
@@ -132,15 +139,17 @@ pub struct Workspace<'b, A: Arithmetic> {
     pub previous: &'b mut [A::Weight],
     /// Weighted residuals, one a stored voxel.
     pub residuals: &'b mut [A::Residual],
+    /// Masks of the hull's rows.
+    pub hull_rows: &'b mut [u8],
     /// Gradients of a group of modes at the active nodes, mode fastest.
     pub gradient: &'b mut [A::Sum],
-    /// A field over all nodes.
+    /// A field over all nodes, and the lines of the box filter.
     pub dense: &'b mut [A::Sum],
     /// One over the smoothed curvature at the active nodes.
     pub reciprocals: &'b mut [A::Reciprocal],
     /// Numbers of the active nodes.
     pub nodes: &'b mut [u32],
-    /// Coefficients of one cell.
+    /// Ends of a row, shares of a cell.
     pub cell: &'b mut [A::Coefficient],
 }
 
@@ -150,6 +159,7 @@ impl<A: Arithmetic> Default for Workspace<'_, A> {
             weights: &mut [],
             previous: &mut [],
             residuals: &mut [],
+            hull_rows: &mut [],
             gradient: &mut [],
             dense: &mut [],
             reciprocals: &mut [],
@@ -157,6 +167,11 @@ impl<A: Arithmetic> Default for Workspace<'_, A> {
             cell: &mut [],
         }
     }
+}
+
+/// Elements of [`Workspace::cell`]: the ends of a row, then the shares of a cell.
+pub(crate) fn cell_len(modes: usize, stride: u8) -> usize {
+    ends_len(modes).max(shares_len(stride))
 }
 
 /// The first `needed` elements of a buffer.

@@ -39,6 +39,7 @@ fn sizes(model: &[u8]) -> Result<String, lacuna::Error> {
         ("TARGETS", s.targets),
         ("WEIGHTS", s.weights),
         ("RESIDUALS", s.residuals),
+        ("HULL_ROWS", s.hull_rows),
         ("GRADIENT", s.gradient),
         ("DENSE", s.dense),
         ("RECIPROCALS", s.reciprocals),

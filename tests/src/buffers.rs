@@ -35,6 +35,7 @@ pub fn bytes(b: &Buffers<Fixed>) -> usize {
         + size_of_val(&*b.weights)
         + size_of_val(&*b.previous)
         + size_of_val(&*b.residuals)
+        + size_of_val(&*b.hull_rows)
         + size_of_val(&*b.gradient)
         + size_of_val(&*b.dense)
         + size_of_val(&*b.reciprocals)

@@ -53,7 +53,7 @@ fn a_buffer_one_element_short_is_refused_by_name() {
     let schedule = momentum_schedule(&model);
     let sizes = Sizes::required(&model, &schedule).unwrap();
     let points = head_points(1000).packed();
-    let cases: [(Buffer, Shorten); 16] = [
+    let cases: [(Buffer, Shorten); 17] = [
         (Buffer::Normal, |b| _ = b.sums.pop()),
         (Buffer::Block, |b| _ = b.chunk.pop()),
         (Buffer::Cell, |b| _ = b.row.pop()),
@@ -65,6 +65,7 @@ fn a_buffer_one_element_short_is_refused_by_name() {
         (Buffer::NodeWeights, |b| _ = b.weights.pop()),
         (Buffer::Previous, |b| _ = b.previous.pop()),
         (Buffer::Residuals, |b| _ = b.residuals.pop()),
+        (Buffer::HullRows, |b| _ = b.hull_rows.pop()),
         (Buffer::Gradient, |b| _ = b.gradient.pop()),
         (Buffer::Dense, |b| _ = b.dense.pop()),
         (Buffer::Reciprocals, |b| _ = b.reciprocals.pop()),

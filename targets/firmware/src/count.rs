@@ -2,6 +2,7 @@
 
 use crate::Machine;
 use lacuna::completion::Stage;
+use lacuna::local_fit::Task;
 
 /// Rounds of the calibration loop.
 const ROUNDS: u32 = 1 << 16;
@@ -9,21 +10,31 @@ const ROUNDS: u32 = 1 << 16;
 /// Ticks spent in the stages of a completion.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Counts {
-    ticks: [u64; 4],
-    steps: [u32; 4],
-    longest: [u32; 4],
+    ticks: [u64; 7],
+    steps: [u32; 7],
+    longest: [u32; 7],
 }
 
-/// The stages that are counted, with their names.
-pub const STAGES: [(Stage, &str); 4] =
-    [(Stage::Pose, "pose"), (Stage::Hull, "hull"), (Stage::Global, "global"), (Stage::Local, "local")];
+/// The work that is counted.
+pub type Work = (Stage, Option<Task>);
+
+/// Its names.
+pub const WORK: [(Work, &str); 7] = [
+    ((Stage::Pose, None), "pose"),
+    ((Stage::Hull, None), "hull"),
+    ((Stage::Global, None), "global"),
+    ((Stage::Local, Some(Task::Curvature)), "local curvature"),
+    ((Stage::Local, Some(Task::Residuals)), "local residuals"),
+    ((Stage::Local, Some(Task::Gradient)), "local gradient"),
+    ((Stage::Local, Some(Task::Update)), "local update"),
+];
 
 impl Counts {
-    /// Adds a step of a stage.
-    pub fn add(&mut self, stage: Stage, ticks: u32) {
+    /// Adds a step.
+    pub fn add(&mut self, work: Work, ticks: u32) {
         let sums = self.ticks.iter_mut().zip(&mut self.steps).zip(&mut self.longest);
-        for (((sum, steps), longest), (name, _)) in sums.zip(STAGES) {
-            if name == stage {
+        for (((sum, steps), longest), (name, _)) in sums.zip(WORK) {
+            if name == work {
                 *sum += u64::from(ticks);
                 *steps += 1;
                 *longest = (*longest).max(ticks);
@@ -33,7 +44,7 @@ impl Counts {
 
     /// Ticks, steps and ticks of the longest step of each stage.
     pub fn stages(&self) -> impl Iterator<Item = (&'static str, u64, u32, u32)> + '_ {
-        let sums = self.ticks.iter().zip(&self.steps).zip(&self.longest).zip(STAGES);
+        let sums = self.ticks.iter().zip(&self.steps).zip(&self.longest).zip(WORK);
         sums.map(|(((&ticks, &steps), &longest), (_, name))| (name, ticks, steps, longest))
     }
 }

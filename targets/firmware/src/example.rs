@@ -44,9 +44,10 @@ fn complete<M: Machine>(machine: &mut M, scale: &Scale) -> Result<(), Error> {
     let mut job = Completion::<Fixed>::new(&model, cloud, scan.pose(), settings, memory)?;
     let mut counts = Counts::default();
     loop {
+        let task = job.local().and_then(|fit| fit.task());
         let before = machine.ticks();
         let Some((stage, _)) = job.step() else { break };
-        counts.add(stage, machine.ticks().wrapping_sub(before));
+        counts.add((stage, task), machine.ticks().wrapping_sub(before));
     }
     Line::new("points").number(count as u64).print();
     Line::new("count model").number(scale.instructions(u64::from(checked))).print();

@@ -28,6 +28,7 @@ static POSE_ROW: Cell<f32, { sizes::POSE_ROW }> = Cell::new([0.0; sizes::POSE_RO
 static POSE_WEIGHTS: Cell<f32, { sizes::GLOBAL }> = Cell::new([0.0; sizes::GLOBAL]);
 static WEIGHTS: Cell<i16, { sizes::WEIGHTS }> = Cell::new([0; sizes::WEIGHTS]);
 static RESIDUALS: Cell<i16, { sizes::RESIDUALS }> = Cell::new([0; sizes::RESIDUALS]);
+static HULL_ROWS: Cell<u8, { sizes::HULL_ROWS }> = Cell::new([0; sizes::HULL_ROWS]);
 static GRADIENT: Cell<i32, { sizes::GRADIENT }> = Cell::new([0; sizes::GRADIENT]);
 static DENSE: Cell<i32, { sizes::DENSE }> = Cell::new([0; sizes::DENSE]);
 static RECIPROCALS: Cell<Factor, { sizes::RECIPROCALS }> = Cell::new([Factor::ZERO; sizes::RECIPROCALS]);
@@ -46,6 +47,7 @@ pub fn take() -> Option<(&'static mut [Packed], Memory<'static, Fixed>)> {
         weights: WEIGHTS.try_take()?,
         previous: &mut [],
         residuals: RESIDUALS.try_take()?,
+        hull_rows: HULL_ROWS.try_take()?,
         gradient: GRADIENT.try_take()?,
         dense: DENSE.try_take()?,
         reciprocals: RECIPROCALS.try_take()?,

@@ -1,0 +1,44 @@
+//! The curvature of a cell, Σ φ W Σ_k g_k b'_k² for its eight corners.
+
+use crate::arithmetic::{Arithmetic, Stride};
+use crate::cells::Cell;
+use crate::gradient::trilinear;
+use crate::hull::Hull;
+use crate::model::Brick;
+
+/// The eight corners' sums, times q³. `gains` are in 1/256, `wanted` has a mask for each row of the brick.
+pub fn cell_curvature<A: Arithmetic>(
+    brick: &Brick<'_>,
+    cell: &Cell,
+    wanted: &[u8],
+    hull: &Hull<'_>,
+    gains: &[u16],
+    stride: Stride,
+) -> [A::Sum; 8] {
+    let q = stride.voxels;
+    let mut corners = [A::Sum::default(); 8];
+    for z in 0..q {
+        for y in 0..q {
+            let Some(piece) = cell.piece(brick, wanted, y, z, q) else { continue };
+            for (x, voxel) in piece.voxels() {
+                let weight = hull.target(brick.first + voxel).weight();
+                let raw = voxel_curvature(brick, voxel, gains);
+                for (corner, share) in corners.iter_mut().zip(trilinear([x, y, z], q)) {
+                    *corner = A::add(*corner, A::curvature(raw, weight, share));
+                }
+            }
+        }
+    }
+    corners
+}
+
+/// Σ_k g_k b'² of a voxel in 2⁻¹² voxel²; each term is below 2²⁴ for exponents of 5 and more.
+fn voxel_curvature(brick: &Brick<'_>, voxel: usize, gains: &[u16]) -> u32 {
+    let terms = brick.basis(voxel).iter().zip(brick.exponents()).zip(gains);
+    terms.fold(0, |sum: u32, ((&b, &e), &gain)| {
+        let b = i32::from(b as i8);
+        let square = (b * b) as u32;
+        let shift = (2 * u32::from(e)).saturating_sub(4).min(31);
+        sum.wrapping_add(square.wrapping_mul(u32::from(gain)) >> shift)
+    })
+}
