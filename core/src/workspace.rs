@@ -159,6 +159,22 @@ impl<A: Arithmetic> Default for Workspace<'_, A> {
     }
 }
 
+impl<A: Arithmetic> Workspace<'_, A> {
+    /// The same memory, lent on for a while.
+    pub const fn reborrow(&mut self) -> Workspace<'_, A> {
+        Workspace {
+            weights: self.weights,
+            previous: self.previous,
+            residuals: self.residuals,
+            gradient: self.gradient,
+            dense: self.dense,
+            reciprocals: self.reciprocals,
+            nodes: self.nodes,
+            cell: self.cell,
+        }
+    }
+}
+
 /// The first `needed` elements of a buffer.
 pub(crate) fn first<T>(buffer: &mut [T], needed: usize, name: Buffer) -> Result<&mut [T], Error> {
     let given = buffer.len();
