@@ -33,7 +33,7 @@ pub fn cells(brick: &Brick<'_>, stride: u8) -> impl Iterator<Item = Cell> + use<
                 let within = [x * q, y * q, z * q];
                 let [a, b, c] = corner;
                 let [x, y, z] = within.map(u16::from);
-                let node = [a + x, b + y, c + z].map(|v| v / u16::from(q));
+                let node = [a + x, b + y, c + z].map(|v| v.checked_div(u16::from(q)).unwrap_or(0));
                 Cell { corner: within, node }
             })
         })
@@ -132,8 +132,8 @@ impl<A: Arithmetic> Field<'_, A> {
     /// Coefficients of the eight corners; an inactive node counts as zero (no stored voxel leans on it).
     fn load(&self, cell: &Cell, exponents: &[u8], corners: &mut [A::Coefficient]) {
         for (c, block) in (0u16..).zip(corners.chunks_exact_mut(self.modes.max(1))) {
-            let number = self.nodes.number(cell.corner_node(c)).unwrap_or(usize::MAX / 2 / (self.modes + 1));
-            let weights = self.weights.get(number * self.modes..).unwrap_or(&[]);
+            let number = self.nodes.number(cell.corner_node(c));
+            let weights = number.and_then(|n| self.weights.get(n * self.modes..)).unwrap_or(&[]);
             for ((value, &weight), &exponent) in block.iter_mut().zip(weights).zip(exponents) {
                 *value = A::coefficient(weight, exponent, self.stride);
             }

@@ -5,6 +5,7 @@
 //! far from its origin), in steps of the cloud: 65535 steps over 300 mm are 0.005 mm each.
 
 use crate::error::{Error, OptionName};
+use crate::pose::Pose;
 use libm::floorf;
 
 /// A point: position in steps, then its outward unit normal in 1/16384.
@@ -51,6 +52,61 @@ impl<'a> Cloud<'a> {
     }
 }
 
+/// A packed scan in bytes, little endian: how firmware carries a scan of its own.
+///
+/// | size | content |
+/// |---|---|
+/// | 4 | f32 step, scan units |
+/// | 52 | rough [`Pose`]: f32 rotation row by row, scale, translation (scan units to voxels) |
+/// | 12 n | points, six i16 each |
+#[derive(Clone, Copy, Debug)]
+pub struct Bytes<'a>(pub &'a [u8]);
+
+/// Bytes before the first point.
+const HEAD: usize = 56;
+
+impl<'a> Bytes<'a> {
+    fn number(&self, index: usize) -> f32 {
+        let bytes = self.0.get(4 * index..).and_then(|b| b.first_chunk()).copied();
+        f32::from_le_bytes(bytes.unwrap_or_default())
+    }
+
+    /// Scan units a step.
+    pub fn step(&self) -> f32 {
+        self.number(0)
+    }
+
+    /// The rough pose.
+    pub fn pose(&self) -> Pose {
+        let n = |i: usize| self.number(i);
+        let row = |i: usize| [n(i), n(i + 1), n(i + 2)];
+        Pose { rotation: [row(1), row(4), row(7)], scale: n(10), translation: row(11) }
+    }
+
+    /// The points.
+    pub fn points(&self) -> impl ExactSizeIterator<Item = Packed> + use<'a> {
+        let points = self.0.get(HEAD..).unwrap_or(&[]).chunks_exact(12);
+        points.map(|point| {
+            let mut packed = Packed::default();
+            for (value, bytes) in packed.iter_mut().zip(point.as_chunks().0) {
+                *value = i16::from_le_bytes(*bytes);
+            }
+            packed
+        })
+    }
+
+    /// The bytes before the points.
+    pub fn head(step: f32, pose: &Pose) -> [u8; HEAD] {
+        let numbers = [step].into_iter().chain(pose.rotation.into_iter().flatten());
+        let numbers = numbers.chain([pose.scale]).chain(pose.translation);
+        let mut head = [0; HEAD];
+        for (bytes, number) in head.as_chunks_mut().0.iter_mut().zip(numbers) {
+            *bytes = number.to_le_bytes();
+        }
+        head
+    }
+}
+
 /// The step that just holds positions up to `extent` scan units from the centre.
 pub fn step_for(extent: f32) -> f32 {
     // One part in 30000 instead of 32767, so that rounding cannot leave the range.
@@ -76,6 +132,17 @@ mod tests {
         let (p, n) = Cloud::new(&points, step).unwrap().point(0).unwrap();
         assert!(p.iter().zip(position).all(|(a, b)| (a - b).abs() <= 0.51 * step));
         assert!(n.iter().zip(normal).all(|(a, b)| (a - b).abs() <= 0.51 / NORMAL));
+    }
+
+    #[test]
+    fn bytes_give_back_step_pose_and_points() {
+        let pose = Pose { scale: 0.25, translation: [1.0, -2.0, 3.5], ..Pose::IDENTITY };
+        let mut bytes = [0; HEAD + 12];
+        bytes[..HEAD].copy_from_slice(&Bytes::head(0.125, &pose));
+        bytes[HEAD..].copy_from_slice(&[1, 0, 0xff, 0xff, 2, 1, 0, 0x40, 0, 0, 0, 0]);
+        let back = Bytes(&bytes);
+        assert_eq!((back.step(), back.pose()), (0.125, pose));
+        assert!(back.points().eq([[1, -1, 258, 16384, 0, 0]]));
     }
 
     #[test]

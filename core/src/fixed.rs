@@ -38,6 +38,9 @@ pub struct Factor {
 }
 
 impl Factor {
+    /// The factor 0, for static buffers.
+    pub const ZERO: Self = Self { mantissa: 0, shift: 0 };
+
     /// The factor nearest to `value`; 0 for anything not positive and finite, saturated at 2¹⁶ - 1.
     pub fn new(value: f64) -> Self {
         if !value.is_finite() || value <= 0.0 {

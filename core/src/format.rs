@@ -64,13 +64,37 @@ pub fn checksum(file: &[u8]) -> u32 {
     digest.finalize()
 }
 
-/// CRC-32 of any bytes: the digest of a stage's result.
-pub fn digest(chunks: impl Iterator<Item = [u8; 2]>) -> u32 {
-    let mut digest = CRC.digest();
-    for chunk in chunks {
-        digest.update(&chunk);
+/// A CRC-32 that grows piece by piece.
+pub struct Digest(crc::Digest<'static, u32>);
+
+impl Digest {
+    /// The digest of nothing.
+    pub fn new() -> Self {
+        Self(CRC.digest())
     }
-    digest.finalize()
+
+    /// Appends bytes.
+    pub fn add(&mut self, bytes: &[u8]) {
+        self.0.update(bytes);
+    }
+
+    /// The CRC-32 of all bytes added.
+    pub fn value(self) -> u32 {
+        self.0.finalize()
+    }
+}
+
+impl Default for Digest {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// CRC-32 of many small pieces: the digest of a stage's result.
+pub fn digest(chunks: impl Iterator<Item = [u8; 2]>) -> u32 {
+    let mut digest = Digest::new();
+    chunks.for_each(|chunk| digest.add(&chunk));
+    digest.value()
 }
 
 /// Unit of the scans and meshes a model belongs to.

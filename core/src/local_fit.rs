@@ -22,7 +22,7 @@ use crate::cells::{Cell, Field, cell_len, cells};
 use crate::error::{Buffer, Error};
 use crate::format::{MAX_MODES, digest};
 use crate::hull::Hull;
-use crate::model::{Brick, Model};
+use crate::model::{Brick, MAX_BRICK_VOXELS, Model};
 use crate::nodes::NodeMap;
 use crate::schedule::Schedule;
 use crate::workspace::{Progress, Workspace, first};
@@ -393,6 +393,20 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
                 visit(brick.first + voxel, A::distance(brick.mean(voxel), sum));
             },
         );
+    }
+
+    /// The same in the order of the voxels, in `buffer`: what is sent and digested.
+    pub fn ordered_distances<'d>(
+        &mut self,
+        brick: &Brick<'_>,
+        buffer: &'d mut [i16; MAX_BRICK_VOXELS],
+    ) -> &'d [i16] {
+        self.distances(brick, |voxel, distance| {
+            if let Some(place) = voxel.checked_sub(brick.first).and_then(|v| buffer.get_mut(v)) {
+                *place = distance;
+            }
+        });
+        buffer.get(..brick.voxels()).unwrap_or(&[])
     }
 
     /// K weights for each active node, mode fastest.

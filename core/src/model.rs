@@ -10,6 +10,9 @@ use crate::format::{
 };
 use crate::grid::{Grid, linear, position, product};
 
+/// Most voxels of a brick.
+pub const MAX_BRICK_VOXELS: usize = 512;
+
 /// A shape model: mean M and whitened modes b' on a sparse band of voxels.
 #[derive(Clone, Debug)]
 pub struct Model<'a> {

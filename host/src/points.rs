@@ -4,8 +4,8 @@
 //! which also averages the scanner's noise.
 
 use crate::mesh::{Mesh, Point, Vector};
-use lacuna::Cloud;
-use lacuna::cloud::{Packed, pack, step_for};
+use lacuna::cloud::{Bytes, Packed, pack, step_for};
+use lacuna::{Cloud, Pose};
 use rustc_hash::FxHashMap;
 
 /// Points with outward unit normals.
@@ -38,6 +38,12 @@ impl OrientedPoints {
 }
 
 impl PackedPoints {
+    /// The points with a rough pose as one block of bytes, for firmware that carries a scan of its own.
+    pub fn to_bytes(&self, pose: &Pose) -> Vec<u8> {
+        let points = self.points.as_flattened().iter().flat_map(|value| value.to_le_bytes());
+        Bytes::head(self.step, pose).into_iter().chain(points).collect()
+    }
+
     /// The points for the core.
     ///
     /// # Errors

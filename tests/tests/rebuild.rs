@@ -7,6 +7,7 @@ use lacuna_host::mesh::Mesh;
 use lacuna_host::synth::Head;
 use lacuna_host::train::align::{Align, align};
 use lacuna_host::train::{Settings, train};
+use lacuna_tests::program::succeeds;
 
 /// Heads as they come back from the files that `lacuna synth heads` writes: coordinates are single precision.
 fn heads(count: u64) -> Vec<Mesh> {
@@ -36,4 +37,11 @@ fn the_built_in_model_is_what_its_seeds_make() {
 fn the_built_in_model_is_small_enough_to_be_committed() {
     assert!(lacuna_fixtures::MODEL.len() <= 3 << 19, "1.5 MiB");
     assert_eq!(lacuna_tests::model().header().shapes, 30);
+}
+
+#[test]
+fn the_packed_scan_is_the_example_scan_where_registration_finds_it() {
+    let folder = tempfile::tempdir().unwrap();
+    succeeds(folder.path(), &["register", "--pack", "front.cloud"]);
+    assert!(std::fs::read(folder.path().join("front.cloud")).unwrap() == lacuna_fixtures::PACKED_SCAN);
 }

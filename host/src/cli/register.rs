@@ -3,13 +3,18 @@
 use super::inputs::{self, Subject};
 use super::{Common, Failure, say};
 use crate::complete::clean::clean;
-use crate::register;
+use crate::complete::thinned;
+use crate::{io, register};
+use std::path::PathBuf;
 
 /// Find the pose of a scan in a model's frame.
 #[derive(clap::Args)]
 pub struct Register {
     #[command(flatten)]
     subject: Subject,
+    /// Also write the thinned scan with this pose as a device takes it, for firmware that carries a scan
+    #[arg(long, value_name = "FILE")]
+    pack: Option<PathBuf>,
 }
 
 #[derive(serde::Serialize)]
@@ -31,12 +36,18 @@ impl Register {
         let start = std::time::Instant::now();
         let found = register::register(&model, &scan, self.subject.seed)
             .map_err(|error| self.subject.named(&error))?;
+        let seconds = start.elapsed().as_secs_f64();
+        if let Some(path) = &self.pack {
+            let (rough, points) = thinned(&scan, &found.placed);
+            let bytes = points.packed().to_bytes(&rough.pose);
+            io::atomic::write(path, |file| file.write_all(&bytes))?;
+        }
         let report = Report {
             scan_to_model: inputs::matrix(&found.placed, &model),
             scale: 1.0 / (f64::from(found.placed.pose.scale) * f64::from(model.header().spacing)),
             inlier_share: found.inliers,
             runner_up: found.runner_up,
-            seconds: start.elapsed().as_secs_f64(),
+            seconds,
         };
         if common.json {
             say(&serde_json::to_string_pretty(&report)?);

@@ -179,10 +179,15 @@ pub fn start(model: &Model<'_>, scan: &Mesh, options: &Options<'_>) -> Result<St
         Hint::Rough(hint) => (hint, &ROUNDS, 0.0),
         Hint::Exact(hint) => (hint, &[], 0.0),
     };
+    let (rough, points) = thinned(scan, &hint);
+    Ok(Start { points, rough, rounds, runner_up })
+}
+
+/// The scan thinned for a pose and centred, and the pose for these points.
+pub fn thinned(scan: &Mesh, hint: &Placed) -> (Placed, OrientedPoints) {
     let (centre, points) = prepare(scan, HULL_CELL / f64::from(hint.pose.scale));
     let translation = hint.to_model(&centre).coords.map(|c| c as f32).into();
-    let rough = Placed { centre, pose: Pose { translation, ..hint.pose } };
-    Ok(Start { points, rough, rounds, runner_up })
+    (Placed { centre, pose: Pose { translation, ..hint.pose } }, points)
 }
 
 /// The points that the core did not leave out.

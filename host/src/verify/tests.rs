@@ -106,5 +106,5 @@ fn a_damaged_model_is_refused() {
     let mut case = tiny();
     case.model[100] ^= 1;
     let refused = verify(&case, SCHEDULE, None).unwrap_err();
-    assert!(refused.to_string().contains("Damaged"));
+    assert!(refused.to_string().contains("damaged"));
 }

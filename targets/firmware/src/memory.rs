@@ -1,0 +1,64 @@
+//! All memory of a completion, in statics: `size` shows at build time whether it fits.
+
+use lacuna::arithmetic::{Arithmetic, Fixed};
+use lacuna::cloud::Packed;
+use lacuna::completion::Memory;
+use lacuna::fixed::Factor;
+use lacuna::{PoseBuffers, Workspace};
+use static_cell::ConstStaticCell;
+
+/// Sizes that the build has asked the model for.
+mod sizes {
+    include!(concat!(env!("OUT_DIR"), "/sizes.rs"));
+}
+
+/// Points a scan may have.
+pub const POINTS: usize = 24_576;
+
+type Cell<T, const N: usize> = ConstStaticCell<[T; N]>;
+
+static POINT_BUFFER: Cell<Packed, POINTS> = Cell::new([[0; 6]; POINTS]);
+static TARGETS: Cell<i16, { sizes::TARGETS }> = Cell::new([0; sizes::TARGETS]);
+static NORMAL: Cell<f64, { sizes::NORMAL }> = Cell::new([0.0; sizes::NORMAL]);
+static BLOCK: Cell<i32, { sizes::BLOCK }> = Cell::new([0; sizes::BLOCK]);
+static GLOBAL: Cell<f64, { sizes::GLOBAL }> = Cell::new([0.0; sizes::GLOBAL]);
+static POSE_NORMAL: Cell<f64, { sizes::POSE_SUMS }> = Cell::new([0.0; sizes::POSE_SUMS]);
+static POSE_CHUNK: Cell<f32, { sizes::POSE_SUMS }> = Cell::new([0.0; sizes::POSE_SUMS]);
+static POSE_ROW: Cell<f32, { sizes::POSE_ROW }> = Cell::new([0.0; sizes::POSE_ROW]);
+static POSE_WEIGHTS: Cell<f32, { sizes::GLOBAL }> = Cell::new([0.0; sizes::GLOBAL]);
+static WEIGHTS: Cell<i16, { sizes::WEIGHTS }> = Cell::new([0; sizes::WEIGHTS]);
+static RESIDUALS: Cell<i16, { sizes::RESIDUALS }> = Cell::new([0; sizes::RESIDUALS]);
+static GRADIENT: Cell<i32, { sizes::GRADIENT }> = Cell::new([0; sizes::GRADIENT]);
+static DENSE: Cell<i32, { sizes::DENSE }> = Cell::new([0; sizes::DENSE]);
+static RECIPROCALS: Cell<Factor, { sizes::RECIPROCALS }> = Cell::new([Factor::ZERO; sizes::RECIPROCALS]);
+static NODES: Cell<u32, { sizes::NODES }> = Cell::new([0; sizes::NODES]);
+static CELL: Cell<<Fixed as Arithmetic>::Coefficient, { sizes::CELL }> = Cell::new([0; sizes::CELL]);
+
+/// Hands out the points' memory and the rest; once.
+pub fn take() -> Option<(&'static mut [Packed], Memory<'static, Fixed>)> {
+    let pose = PoseBuffers {
+        normal: POSE_NORMAL.try_take()?,
+        chunk: POSE_CHUNK.try_take()?,
+        row: POSE_ROW.try_take()?,
+        weights: POSE_WEIGHTS.try_take()?,
+    };
+    let workspace = Workspace {
+        weights: WEIGHTS.try_take()?,
+        previous: &mut [],
+        residuals: RESIDUALS.try_take()?,
+        gradient: GRADIENT.try_take()?,
+        dense: DENSE.try_take()?,
+        reciprocals: RECIPROCALS.try_take()?,
+        nodes: NODES.try_take()?,
+        cell: CELL.try_take()?,
+    };
+    let memory = Memory {
+        pose,
+        targets: TARGETS.try_take()?,
+        normal: NORMAL.try_take()?,
+        block: BLOCK.try_take()?,
+        global: GLOBAL.try_take()?,
+        workspace,
+    };
+    Some((POINT_BUFFER.try_take()?, memory))
+}
