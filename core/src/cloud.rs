@@ -85,14 +85,7 @@ impl<'a> Bytes<'a> {
 
     /// The points.
     pub fn points(&self) -> impl ExactSizeIterator<Item = Packed> + use<'a> {
-        let points = self.0.get(HEAD..).unwrap_or(&[]).chunks_exact(12);
-        points.map(|point| {
-            let mut packed = Packed::default();
-            for (value, bytes) in packed.iter_mut().zip(point.as_chunks().0) {
-                *value = i16::from_le_bytes(*bytes);
-            }
-            packed
-        })
+        from_bytes(self.0.get(HEAD..).unwrap_or(&[]))
     }
 
     /// The bytes before the points.
@@ -105,6 +98,17 @@ impl<'a> Bytes<'a> {
         }
         head
     }
+}
+
+/// Bytes of a point.
+pub const POINT_BYTES: usize = 12;
+
+/// Points from their bytes, little endian; a last part that is no whole point is left out.
+pub fn from_bytes(bytes: &[u8]) -> impl ExactSizeIterator<Item = Packed> + '_ {
+    let (points, _) = bytes.as_chunks::<POINT_BYTES>();
+    points.iter().map(|&[a, b, c, d, e, f, g, h, i, j, k, l]| {
+        [[a, b], [c, d], [e, f], [g, h], [i, j], [k, l]].map(i16::from_le_bytes)
+    })
 }
 
 /// The step that just holds positions up to `extent` scan units from the centre.

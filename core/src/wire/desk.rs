@@ -1,9 +1,9 @@
 //! What the device knows of the scan: its announcement, how many points have arrived, how far the fit is.
 
-use super::message::{Begin, Counters, Info, POINT_BYTES, Reply, Request, State, Status, VERSION, points};
+use super::message::{Begin, Counters, Info, Reply, Request, State, Status, VERSION};
 use super::refusal::Refusal;
 use crate::arithmetic::Fixed;
-use crate::cloud::{Cloud, Packed};
+use crate::cloud::{Cloud, POINT_BYTES, Packed, from_bytes};
 use crate::completion::{Completion, Stage};
 use crate::error::Error;
 
@@ -72,7 +72,7 @@ impl<'d> Desk<'d> {
     /// Takes a batch of points.
     pub fn take(&mut self, first: u32, batch: &[u8], memory: &mut [Packed]) -> Reply<'d> {
         let Some(begin) = self.begin else { return Reply::Refused(Refusal::NoScan) };
-        let points = points(batch);
+        let points = from_bytes(batch);
         let end = u32::try_from(points.len()).ok().and_then(|n| first.checked_add(n));
         if !batch.len().is_multiple_of(POINT_BYTES) {
             return Reply::Refused(Refusal::BadRequest);

@@ -8,12 +8,12 @@ use super::frame::MAX_MESSAGE;
 use super::line::{Line, LineBuffers, Patience};
 use super::message::{Begin, Identity, Info, MAX_DATA, Reply, Request};
 use super::refusal::Refusal;
-use super::results::{BRICK, Results};
+use super::results::Results;
 use crate::arithmetic::Fixed;
 use crate::cloud::{Cloud, Packed};
 use crate::completion::{Completion, Memory};
 use crate::error::Error;
-use crate::model::Model;
+use crate::model::{MAX_BRICK_VOXELS, Model};
 
 pub use super::line::{Ended, Port};
 
@@ -42,7 +42,7 @@ pub struct Buffers {
     /// Bytes of a reply's data.
     data: [u8; MAX_DATA],
     /// Distances of a brick.
-    brick: [i16; BRICK],
+    brick: [i16; MAX_BRICK_VOXELS],
 }
 
 impl Device<'_> {
@@ -55,7 +55,7 @@ impl Device<'_> {
 impl Buffers {
     /// Empty buffers.
     pub const fn new() -> Self {
-        Self { line: LineBuffers::new(), data: [0; MAX_DATA], brick: [0; BRICK] }
+        Self { line: LineBuffers::new(), data: [0; MAX_DATA], brick: [0; MAX_BRICK_VOXELS] }
     }
 }
 
@@ -104,7 +104,7 @@ fn work<P: Port>(
     mut desk: Desk<'_>,
     model: &Model<'_>,
     device: &mut Device<'_>,
-    (data, brick): (&mut [u8; MAX_DATA], &mut [i16; BRICK]),
+    (data, brick): (&mut [u8; MAX_DATA], &mut [i16; MAX_BRICK_VOXELS]),
 ) -> Result<Never, Ended<P::Error>> {
     loop {
         let begin = receive(line, &mut desk, device.points)?;

@@ -3,6 +3,7 @@
 //! On the line a message is its number in [`Request`] or [`Reply`]: new ones go to the end.
 
 use super::refusal::Refusal;
+use crate::cloud::POINT_BYTES;
 use crate::completion::{Outcome, Settings, Stage};
 use crate::error::Error;
 use crate::format::Unit;
@@ -17,8 +18,6 @@ use serde::{Deserialize, Serialize};
 pub const VERSION: u16 = 1;
 /// Most bytes of points or results in a message.
 pub const MAX_DATA: usize = 960;
-/// Bytes of a point: [`Packed`](crate::cloud::Packed), little endian.
-pub const POINT_BYTES: usize = 12;
 /// Most points in a message.
 pub const MAX_BATCH: usize = MAX_DATA / POINT_BYTES;
 
@@ -258,12 +257,4 @@ impl Count {
         self.work = self.work.saturating_add(work);
         self.steps = self.steps.saturating_add(1);
     }
-}
-
-/// Points of a batch; bytes that are not a whole point are left out.
-pub fn points(batch: &[u8]) -> impl ExactSizeIterator<Item = crate::cloud::Packed> + '_ {
-    let (points, _) = batch.as_chunks::<POINT_BYTES>();
-    points.iter().map(|&[a, b, c, d, e, f, g, h, i, j, k, l]| {
-        [[a, b], [c, d], [e, f], [g, h], [i, j], [k, l]].map(i16::from_le_bytes)
-    })
 }

@@ -5,10 +5,7 @@ use super::message::{MAX_DATA, Reply, Vector};
 use super::refusal::Refusal;
 use crate::arithmetic::Fixed;
 use crate::completion::Completion;
-use crate::model::{Brick, Model};
-
-/// Most voxels of a brick: its rows have a bit for each of eight.
-pub(super) const BRICK: usize = 512;
+use crate::model::{MAX_BRICK_VOXELS, Model};
 
 /// A job, and memory for its results on their way.
 #[derive(Debug)]
@@ -17,7 +14,7 @@ pub(super) struct Results<'r> {
     pub job: Completion<'r, Fixed>,
     data: &'r mut [u8; MAX_DATA],
     /// Distances of a brick, and which one's.
-    brick: &'r mut [i16; BRICK],
+    brick: &'r mut [i16; MAX_BRICK_VOXELS],
     loaded: Option<usize>,
 }
 
@@ -26,7 +23,7 @@ impl<'r> Results<'r> {
         model: &'r Model<'r>,
         job: Completion<'r, Fixed>,
         data: &'r mut [u8; MAX_DATA],
-        brick: &'r mut [i16; BRICK],
+        brick: &'r mut [i16; MAX_BRICK_VOXELS],
     ) -> Self {
         Self { model, job, data, brick, loaded: None }
     }
@@ -63,7 +60,9 @@ impl<'r> Results<'r> {
         for index in brick_of(self.model, voxel)..usize::from(self.model.header().bricks) {
             let Some(brick) = self.model.brick(index) else { break };
             if self.loaded != Some(index) {
-                load(&mut self.job, &brick, self.brick);
+                if let Some(fit) = self.job.local() {
+                    fit.ordered_distances(&brick, self.brick);
+                }
                 self.loaded = Some(index);
             }
             let from = voxel.saturating_sub(brick.first);
@@ -75,15 +74,6 @@ impl<'r> Results<'r> {
         }
         Reply::Data { first, bytes: packer.finish() }
     }
-}
-
-fn load(job: &mut Completion<'_, Fixed>, brick: &Brick<'_>, distances: &mut [i16]) {
-    let Some(fit) = job.local() else { return };
-    fit.distances(brick, |voxel, distance| {
-        if let Some(place) = distances.get_mut(voxel.wrapping_sub(brick.first)) {
-            *place = distance;
-        }
-    });
 }
 
 /// As many values from `first` on as fit, as bytes.
