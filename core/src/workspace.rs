@@ -21,7 +21,7 @@ pub struct Progress {
 }
 
 /// Elements each buffer must have at least; see [`Workspace`] for their types.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sizes {
     /// Hull targets, i16.
     pub targets: usize,

@@ -1,6 +1,7 @@
 //! Shared helpers of the tests: the built-in model, the program, borrowed buffers, real data.
 
 pub mod buffers;
+pub mod line;
 pub mod program;
 
 use lacuna::{Model, Pose, Schedule, schedule};
