@@ -1,8 +1,10 @@
 //! Shared helpers of the tests: the built-in model, the program, borrowed buffers, real data.
 
 pub mod buffers;
+pub mod device_memory;
 pub mod line;
 pub mod program;
+pub mod tcp_device;
 
 use lacuna::{Model, Pose, Schedule, schedule};
 use lacuna_host::points::{OrientedPoints, thin};

@@ -3,9 +3,8 @@
 //! Time stands still: a host's patience ends exactly when the device waits and nothing is under way, so that a
 //! test of thousands of lost frames takes no time and no number in it depends on the machine.
 
+use crate::device_memory::DeviceMemory;
 use embedded_io::{ErrorKind, ErrorType, Read, ReadReady, Write};
-use lacuna::wire::{Buffers, Device, serve};
-use lacuna::{Fixed, Model, Sizes};
 use lacuna_host::device::Link;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -154,21 +153,9 @@ impl DeviceEnd {
     /// Serves until the host has gone; a reset is a start with other rubbish in the memory.
     fn live(mut self, model: &[u8], points: usize) {
         let _obituary = Obituary(self.0.clone());
-        let sizes = Model::from_bytes(model)
-            .ok()
-            .and_then(|model| Sizes::required(&model, &crate::momentum_schedule(&model)).ok());
-        let mut memory = lacuna_host::fit::Buffers::<Fixed>::new(&sizes.unwrap_or_default());
-        let mut buffers = Box::new(Buffers::new());
-        let mut points = vec![[0; 6]; points];
+        let mut memory = DeviceMemory::new(model, points);
         loop {
-            let device = Device {
-                machine: "test",
-                model,
-                points: &mut points,
-                memory: memory.memory(),
-                counter: || 0,
-            };
-            serve(&mut self, device, &mut buffers);
+            memory.serve(&mut self, model);
             let mut wire = lock(&self.0);
             if wire.closed {
                 return;
@@ -176,7 +163,7 @@ impl DeviceEnd {
             wire.reset = false;
             wire.to_device.clear();
             drop(wire);
-            points.fill([0x5555; 6]);
+            memory.points.fill([0x5555; 6]);
         }
     }
 }

@@ -96,10 +96,20 @@ pub fn complete<A: Arithmetic>(
     scan: &Mesh,
     options: &Options<'_>,
 ) -> Result<Completion, Error> {
-    complete_by(model, scan, options, |start| {
-        let settings = Settings { reach: Reach::of(model), rounds: start.rounds, schedule: options.schedule };
-        fit::<A>(model, &start.points.packed(), &start.rough.pose, settings).map_err(Error::Fit)
-    })
+    complete_by(model, scan, options, |start| fit_here::<A>(model, start, options.schedule))
+}
+
+/// Fits a scan on this machine.
+///
+/// # Errors
+/// A scan that does not touch the model, or a schedule that does not go with it.
+pub fn fit_here<A: Arithmetic>(
+    model: &Model<'_>,
+    start: &Start,
+    schedule: Schedule<'_>,
+) -> Result<Fit, Error> {
+    let settings = Settings { reach: Reach::of(model), rounds: start.rounds, schedule };
+    fit::<A>(model, &start.points.packed(), &start.rough.pose, settings).map_err(Error::Fit)
 }
 
 /// Completes a scan with a fit made by `fit`, here or on a device.

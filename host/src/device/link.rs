@@ -69,7 +69,7 @@ fn received(result: io::Result<usize>) -> io::Result<usize> {
 ///
 /// # Errors
 /// There is no such port, or it is in use.
-pub fn serial(path: &str, baud: u32) -> io::Result<impl Link> {
+pub fn serial(path: &str, baud: u32) -> io::Result<impl Link + use<>> {
     Ok(Serial(serialport::new(path, baud).open()?))
 }
 

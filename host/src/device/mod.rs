@@ -10,9 +10,9 @@ mod refusal;
 mod run;
 mod scan;
 
-pub use client::{Client, Timing};
+pub use client::{Client, Statistics, Timing};
 pub use link::{Link, serial, tcp};
-pub use qemu::{Machine, Qemu};
+pub use qemu::{Error as QemuError, Machine, Qemu};
 pub use refusal::refusal;
 pub use run::{Progress, Results, run};
 pub use scan::Scan;
