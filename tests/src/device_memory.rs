@@ -28,7 +28,7 @@ impl DeviceMemory {
     /// Serves until the line ends.
     pub fn serve<P: Port>(&mut self, port: &mut P, model: &[u8]) -> Ended<P::Error> {
         let memory = self.fit.memory();
-        let device = Device { machine: "test", model, points: &mut self.points, memory, counter: || 0 };
+        let device = Device { machine: "test", model, points: &mut self.points, memory };
         serve(port, device, &mut self.wire)
     }
 }

@@ -4,6 +4,8 @@ pub mod buffers;
 pub mod device_memory;
 pub mod line;
 pub mod program;
+pub mod rubbish;
+pub mod small;
 pub mod tcp_device;
 
 use lacuna::{Model, Pose, Schedule, schedule};

@@ -2,10 +2,11 @@
 
 use crate::device_memory::DeviceMemory;
 use embedded_io::{ErrorKind, ErrorType, Read, ReadReady, Write};
+use lacuna::wire::device::Port;
 use std::io;
 use std::net::{TcpListener, TcpStream};
 
-struct Port(TcpStream);
+struct Tcp(TcpStream);
 
 /// Starts a device with a model, which serves one connection after the other until the test ends: its address.
 pub fn start(model: &'static [u8]) -> String {
@@ -14,7 +15,7 @@ pub fn start(model: &'static [u8]) -> String {
     std::thread::spawn(move || {
         let mut memory = DeviceMemory::new(model, 40_000);
         for stream in listener.incoming().flatten() {
-            memory.serve(&mut Port(stream), model);
+            memory.serve(&mut Tcp(stream), model);
         }
     });
     address
@@ -27,17 +28,19 @@ fn kind(error: io::Error) -> ErrorKind {
     }
 }
 
-impl ErrorType for Port {
+impl Port for Tcp {}
+
+impl ErrorType for Tcp {
     type Error = ErrorKind;
 }
 
-impl Read for Port {
+impl Read for Tcp {
     fn read(&mut self, bytes: &mut [u8]) -> Result<usize, ErrorKind> {
         io::Read::read(&mut self.0, bytes).map_err(kind)
     }
 }
 
-impl ReadReady for Port {
+impl ReadReady for Tcp {
     fn read_ready(&mut self) -> Result<bool, ErrorKind> {
         self.0.set_nonblocking(true).map_err(kind)?;
         let peeked = self.0.peek(&mut [0]);
@@ -49,7 +52,7 @@ impl ReadReady for Port {
     }
 }
 
-impl Write for Port {
+impl Write for Tcp {
     fn write(&mut self, bytes: &[u8]) -> Result<usize, ErrorKind> {
         io::Write::write(&mut self.0, bytes).map_err(kind)
     }

@@ -1,55 +1,26 @@
 //! Both ends of the wire protocol over a bad line: the right bits arrive, the device never falls over, every
 //! refusal says why.
 
-use lacuna::completion::Settings;
 use lacuna::error::OptionName;
 use lacuna::wire::Refusal;
 use lacuna::wire::distances::{Packer, unpack};
-use lacuna::wire::frame::{Event, Header, MAX_FRAME, MAX_MESSAGE, Receiver, encode};
-use lacuna::wire::message::{Begin, Hint, Iterations, MAX_BATCH, MAX_DATA, Request, State, VERSION, Vector};
-use lacuna::{Error, Fixed, Model, Pose, Reach, pose_fit::ROUNDS};
+use lacuna::wire::frame::{Event, Receiver};
+use lacuna::wire::message::{Begin, Hint, MAX_BATCH, MAX_DATA, Request, State, VERSION, Vector};
+use lacuna::{Error, Model, Pose};
 use lacuna_host::device::{self, Client, Link, Scan, Timing, refusal, run};
-use lacuna_host::fit::{Digests, fit};
-use lacuna_host::verify::Case;
+use lacuna_host::fit::Digests;
 use lacuna_tests::line::{Faults, HostEnd};
-use lacuna_tests::{default_schedule, model};
+use lacuna_tests::model;
+use lacuna_tests::rubbish::Rubbish;
+use lacuna_tests::small::small;
 use proptest::prelude::*;
 use proptest::test_runner::Config;
-use rand::{Rng, RngExt, SeedableRng};
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::collections::BTreeSet;
-use std::sync::OnceLock;
 use std::time::Duration;
 
 const TIMING: Timing = Timing { reply: Duration::from_secs(60), pause: Duration::ZERO, attempts: 40 };
-
-/// A small model with a scan, and what the host computes from it.
-struct Small {
-    model: Vec<u8>,
-    scan: Scan,
-    digests: Digests,
-}
-
-fn small() -> &'static Small {
-    static SMALL: OnceLock<Small> = OnceLock::new();
-    SMALL.get_or_init(|| {
-        let case = Case::small().unwrap();
-        let model = Model::from_bytes(&case.model).unwrap();
-        let packed = case.points.packed();
-        let settings =
-            Settings { reach: Reach::of(&model), rounds: &ROUNDS, schedule: default_schedule(&model) };
-        let digests = fit::<Fixed>(&model, &packed, &case.pose, settings).unwrap().digests;
-        let begin = Begin {
-            scan: 1,
-            points: packed.points.len() as u32,
-            step: packed.step,
-            pose: case.pose,
-            hint: Hint::Rough,
-            iterations: Iterations::Varying,
-        };
-        Small { scan: Scan { begin, points: packed.points, batch: MAX_BATCH }, digests, model: case.model }
-    })
-}
 
 /// Runs a scan under a number of its own and gives back its digests.
 fn completed(client: &mut Client<&HostEnd>, number: u32, batch: usize) -> Result<Digests, device::Error> {
@@ -160,119 +131,16 @@ proptest! {
     }
 }
 
-/// Frames as no host sends them.
-struct Rubbish {
-    rng: ChaCha8Rng,
-    session: u32,
-    /// Frames to be sent again, out of order.
-    kept: Vec<Vec<u8>>,
-}
-
-impl Rubbish {
-    fn bytes(&mut self, most: usize) -> Vec<u8> {
-        let mut bytes = vec![0; self.rng.random_range(0..=most)];
-        self.rng.fill_bytes(&mut bytes);
-        bytes
-    }
-
-    /// The next frame, or a few.
-    fn next(&mut self) -> Vec<Vec<u8>> {
-        match self.rng.random_range(0..12) {
-            0 => vec![self.bytes(300)],
-            1 => vec![self.bytes(3000).into_iter().filter(|&b| b != 0).collect()],
-            2 => vec![self.whole(&())],
-            3 => {
-                let bytes = self.bytes(60);
-                vec![self.whole(&bytes.as_slice())]
-            }
-            4 => {
-                let mut frame = self.request(0);
-                frame.truncate(self.rng.random_range(0..=frame.len()));
-                vec![frame]
-            }
-            5 | 6 if !self.kept.is_empty() => {
-                let at = self.rng.random_range(0..self.kept.len());
-                vec![self.kept[at].clone()]
-            }
-            7 => {
-                let sequence = self.rng.next_u32();
-                vec![self.request(sequence)]
-            }
-            _ => self.conversation(),
-        }
-    }
-
-    fn whole(&mut self, message: &impl serde::Serialize) -> Vec<u8> {
-        let header = Header { session: self.session, sequence: self.rng.random_range(0..9) };
-        framed(header, message)
-    }
-
-    /// A session that begins well and goes on anyhow.
-    fn conversation(&mut self) -> Vec<Vec<u8>> {
-        self.session = self.session.wrapping_add(1).max(1);
-        let hello =
-            framed(Header { session: self.session, sequence: 0 }, &Request::Hello { version: VERSION });
-        let requests = self.rng.random_range(0..12);
-        let frames: Vec<_> =
-            std::iter::once(hello).chain((1..=requests).map(|sequence| self.request(sequence))).collect();
-        self.kept.extend_from_slice(&frames);
-        let over = self.kept.len().saturating_sub(64);
-        self.kept.drain(..over);
-        frames
-    }
-
-    fn request(&mut self, sequence: u32) -> Vec<u8> {
-        let bytes = self.bytes(MAX_DATA);
-        let points: Vec<u8> =
-            small().scan.points.iter().flatten().flat_map(|v| v.to_le_bytes()).take(960).collect();
-        let value =
-            if self.rng.random_bool(0.5) { self.rng.random_range(0..100) } else { self.rng.next_u32() };
-        let mut begin = Begin { scan: value, points: self.rng.random_range(0..100), ..small().scan.begin };
-        if self.rng.random_bool(0.3) {
-            begin.pose.translation[1] = f32::from_bits(value);
-            begin.step = f32::from_bits(self.rng.next_u32());
-        }
-        if self.rng.random_bool(0.2) {
-            begin =
-                Begin { points: value, pose: Pose { scale: f32::from_bits(value), ..begin.pose }, ..begin };
-        }
-        let batch = if self.rng.random_bool(0.3) { &bytes } else { &points };
-        let request = match self.rng.random_range(0..14) {
-            0 => Request::Hello { version: value as u16 },
-            1 => Request::Info,
-            2 | 3 => Request::Begin(begin),
-            4 | 5 => Request::Points { first: if self.rng.random_bool(0.5) { 0 } else { value }, batch },
-            6 => Request::Fit,
-            7 => Request::Status,
-            8 => Request::Outcome,
-            9 => Request::Weights {
-                of: [Vector::Shape, Vector::Global, Vector::Nodes][value as usize % 3],
-                first: value,
-            },
-            10 => Request::Distances { first: value },
-            11 => Request::Counters,
-            12 => Request::Cancel,
-            _ => Request::DepthRows,
-        };
-        framed(Header { session: self.session, sequence }, &request)
-    }
-}
-
-fn framed(header: Header, message: &impl serde::Serialize) -> Vec<u8> {
-    let (mut scratch, mut frame) = ([0; MAX_MESSAGE], [0; MAX_FRAME]);
-    encode(header, message, &mut scratch, &mut frame).expect("short enough").to_vec()
-}
-
 /// `LACUNA_WIRE_FRAMES` sets how many; a million take about a minute.
 #[test]
 fn rubbish_does_not_upset_the_device() {
     let wanted =
         std::env::var("LACUNA_WIRE_FRAMES").ok().and_then(|text| text.parse().ok()).unwrap_or(20_000);
     let line = HostEnd::start(small().model.clone(), 10_000, Faults::default(), 1);
-    let mut rubbish = Rubbish { rng: ChaCha8Rng::seed_from_u64(5), session: 1, kept: vec![] };
+    let mut rubbish = Rubbish::new(&small().scan, 5);
     let (mut sent, mut answered, mut buffer) = (0u64, 0u64, vec![0; 1 << 16]);
     while sent < wanted {
-        for frame in rubbish.next() {
+        for frame in rubbish.some() {
             (&line).send(&frame).unwrap();
             sent += 1;
             answered += u64::from((&line).receive(&mut buffer, Duration::ZERO).unwrap() > 0);

@@ -121,8 +121,8 @@ impl<'d> Desk<'d> {
         matches!(self.state, State::Done)
     }
 
-    /// Does a piece of the work, if there is any.
-    pub fn step(&mut self, job: &mut Completion<'_, Fixed>, counter: fn() -> u64) {
+    /// Does a piece of the work, if there is any, and counts it.
+    pub fn step(&mut self, job: &mut Completion<'_, Fixed>, mut counter: impl FnMut() -> u64) {
         if !self.is_fitting() {
             return;
         }

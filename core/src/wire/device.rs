@@ -31,8 +31,6 @@ pub struct Device<'a> {
     pub points: &'a mut [Packed],
     /// Memory of the completion; see [`Sizes::required`](crate::Sizes::required).
     pub memory: Memory<'a, Fixed>,
-    /// Counts what the machine executes (instructions, cycles or ticks), across the whole u64; or 0.
-    pub counter: fn() -> u64,
 }
 
 /// Memory of the protocol, for a `static`: 5,148 bytes on a 32-bit processor.
@@ -110,7 +108,7 @@ fn work<P: Port>(
         let begin = receive(line, &mut desk, device.points)?;
         let points = device.points.get(..desk.received()).unwrap_or(&[]);
         match job(model, points, &begin, device.memory.reborrow()) {
-            Ok(job) => fit(line, &mut desk, Results::new(model, job, data, brick), device.counter)?,
+            Ok(job) => fit(line, &mut desk, Results::new(model, job, data, brick))?,
             Err(error) => line.answer(&Reply::Refused(Refusal::Core(error)))?,
         }
     }
@@ -151,12 +149,11 @@ fn fit<P: Port>(
     line: &mut Line<'_, P>,
     desk: &mut Desk<'_>,
     mut results: Results<'_>,
-    counter: fn() -> u64,
 ) -> Result<(), Ended<P::Error>> {
     desk.start();
     line.answer(&desk.status())?;
     while desk.has_job() {
-        desk.step(&mut results.job, counter);
+        desk.step(&mut results.job, || line.counter());
         let patience = if desk.is_fitting() { Patience::Glance } else { Patience::Wait };
         let Some(request) = line.receive(patience)? else { continue };
         let reply = match request {
@@ -165,9 +162,9 @@ fn fit<P: Port>(
             Request::Outcome if desk.is_done() => results.outcome(),
             Request::Weights { of, first } if desk.is_done() => results.weights(of, first),
             Request::Distances { first } if desk.is_done() => {
-                let before = counter();
+                let before = line.counter();
                 let reply = results.distances(first);
-                desk.count_distances(counter().wrapping_sub(before));
+                desk.count_distances(line.counter().wrapping_sub(before));
                 reply
             }
             request => desk.reply(&request),

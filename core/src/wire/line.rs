@@ -8,9 +8,13 @@ use embedded_io::{Read, ReadReady, Write};
 /// A serial line as HALs offer it. `read_ready` must not wait; `read` may, for at least one byte. What arrives
 /// while a piece of work is done (see [`Completion::step`](crate::Completion::step)) has to be buffered by the
 /// line, or is sent again.
-pub trait Port: Read + ReadReady + Write {}
-
-impl<P: Read + ReadReady + Write> Port for P {}
+pub trait Port: Read + ReadReady + Write {
+    /// What the machine has executed so far: instructions, cycles or ticks, across the whole u64; by default,
+    /// it does not count.
+    fn counter(&mut self) -> u64 {
+        0
+    }
+}
 
 /// Why a device stopped serving.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -133,6 +137,11 @@ impl<'l, P: Port> Line<'l, P> {
         let frame = encode(self.last, reply, &mut b.message, &mut b.reply).unwrap_or(&[]);
         b.reply_length = frame.len();
         write(self.port, frame)
+    }
+
+    /// The machine's counter.
+    pub fn counter(&mut self) -> u64 {
+        self.port.counter()
     }
 
     /// Answers without touching the kept reply.
