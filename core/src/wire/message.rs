@@ -138,9 +138,9 @@ pub enum Hint {
 /// Iterations of the local fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Iterations {
-    /// [`schedule::DEFAULT`](crate::schedule::DEFAULT).
+    /// [`schedule::DEFAULT`].
     Varying,
-    /// [`schedule::MOMENTUM`](crate::schedule::MOMENTUM): needs a second copy of the weights.
+    /// [`schedule::MOMENTUM`]: needs a second copy of the weights.
     Momentum,
 }
 

@@ -59,7 +59,7 @@
 //! | 10 | `Cancel` | `Status` |
 //! | 11 | reserved: rows of a depth image in place of points | `Refused` `Unsupported` |
 //!
-//! Any request may be answered by `Refused` (6) with a [`Refusal`](refusal::Refusal); nothing has changed then.
+//! Any request may be answered by `Refused` (6) with a [`Refusal`]; nothing has changed then.
 //! A refusal that follows from the request itself is a reply like any other and kept; those in the table of the
 //! conversation are not. Results are values, numbered from 0; a request for results changes nothing.
 //!
