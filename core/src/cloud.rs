@@ -58,12 +58,15 @@ impl<'a> Cloud<'a> {
 /// |---|---|
 /// | 4 | f32 step, scan units |
 /// | 52 | rough [`Pose`]: f32 rotation row by row, scale, translation (scan units to voxels) |
+/// | 4 | u32, 1 where the pose is exact and not to be refined |
 /// | 12 n | points, six i16 each |
 #[derive(Clone, Copy, Debug)]
 pub struct Bytes<'a>(pub &'a [u8]);
 
 /// Bytes before the first point.
-const HEAD: usize = 56;
+const HEAD: usize = 60;
+/// Where the flag of an exact pose lies.
+const EXACT_AT: usize = 56;
 
 impl<'a> Bytes<'a> {
     fn number(&self, index: usize) -> f32 {
@@ -83,28 +86,40 @@ impl<'a> Bytes<'a> {
         Pose { rotation: [row(1), row(4), row(7)], scale: n(10), translation: row(11) }
     }
 
+    /// Whether the pose is exact.
+    pub fn exact(&self) -> bool {
+        self.0.get(EXACT_AT).is_some_and(|&flag| flag != 0)
+    }
+
     /// The points.
     pub fn points(&self) -> impl ExactSizeIterator<Item = Packed> + use<'a> {
-        let points = self.0.get(HEAD..).unwrap_or(&[]).chunks_exact(12);
-        points.map(|point| {
-            let mut packed = Packed::default();
-            for (value, bytes) in packed.iter_mut().zip(point.as_chunks().0) {
-                *value = i16::from_le_bytes(*bytes);
-            }
-            packed
-        })
+        from_bytes(self.0.get(HEAD..).unwrap_or(&[]))
     }
 
     /// The bytes before the points.
-    pub fn head(step: f32, pose: &Pose) -> [u8; HEAD] {
+    pub fn head(step: f32, pose: &Pose, exact: bool) -> [u8; HEAD] {
         let numbers = [step].into_iter().chain(pose.rotation.into_iter().flatten());
         let numbers = numbers.chain([pose.scale]).chain(pose.translation);
         let mut head = [0; HEAD];
         for (bytes, number) in head.as_chunks_mut().0.iter_mut().zip(numbers) {
             *bytes = number.to_le_bytes();
         }
+        if let Some(flag) = head.get_mut(EXACT_AT) {
+            *flag = u8::from(exact);
+        }
         head
     }
+}
+
+/// Bytes of a point.
+pub const POINT_BYTES: usize = 12;
+
+/// Points from their bytes, little endian; a last part that is no whole point is left out.
+pub fn from_bytes(bytes: &[u8]) -> impl ExactSizeIterator<Item = Packed> + '_ {
+    let (points, _) = bytes.as_chunks::<POINT_BYTES>();
+    points.iter().map(|&[a, b, c, d, e, f, g, h, i, j, k, l]| {
+        [[a, b], [c, d], [e, f], [g, h], [i, j], [k, l]].map(i16::from_le_bytes)
+    })
 }
 
 /// The step that just holds positions up to `extent` scan units from the centre.
@@ -138,10 +153,10 @@ mod tests {
     fn bytes_give_back_step_pose_and_points() {
         let pose = Pose { scale: 0.25, translation: [1.0, -2.0, 3.5], ..Pose::IDENTITY };
         let mut bytes = [0; HEAD + 12];
-        bytes[..HEAD].copy_from_slice(&Bytes::head(0.125, &pose));
+        bytes[..HEAD].copy_from_slice(&Bytes::head(0.125, &pose, true));
         bytes[HEAD..].copy_from_slice(&[1, 0, 0xff, 0xff, 2, 1, 0, 0x40, 0, 0, 0, 0]);
         let back = Bytes(&bytes);
-        assert_eq!((back.step(), back.pose()), (0.125, pose));
+        assert_eq!((back.step(), back.pose(), back.exact()), (0.125, pose, true));
         assert!(back.points().eq([[1, -1, 258, 16384, 0, 0]]));
     }
 

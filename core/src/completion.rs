@@ -27,7 +27,7 @@ const CLUTTER: f32 = 8.0;
 const INLIER: f32 = 3.0;
 
 /// What the next step belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum Stage {
     /// Pose and shape estimated together.
     Pose,
@@ -69,8 +69,44 @@ pub struct Memory<'b, A: Arithmetic> {
     pub workspace: Workspace<'b, A>,
 }
 
+impl<A: Arithmetic> Memory<'_, A> {
+    /// Bytes that are lent.
+    pub const fn bytes(&self) -> usize {
+        let Self { pose, targets, normal, block, global, workspace: w } = self;
+        size_of_val(&*pose.normal)
+            + size_of_val(&*pose.chunk)
+            + size_of_val(&*pose.row)
+            + size_of_val(&*pose.weights)
+            + size_of_val(&**targets)
+            + size_of_val(&**normal)
+            + size_of_val(&**block)
+            + size_of_val(&**global)
+            + size_of_val(&*w.weights)
+            + size_of_val(&*w.previous)
+            + size_of_val(&*w.residuals)
+            + size_of_val(&*w.hull_rows)
+            + size_of_val(&*w.gradient)
+            + size_of_val(&*w.dense)
+            + size_of_val(&*w.reciprocals)
+            + size_of_val(&*w.nodes)
+            + size_of_val(&*w.cell)
+    }
+
+    /// The same memory, lent on for one completion.
+    pub const fn reborrow(&mut self) -> Memory<'_, A> {
+        Memory {
+            pose: self.pose.reborrow(),
+            targets: self.targets,
+            normal: self.normal,
+            block: self.block,
+            global: self.global,
+            workspace: self.workspace.reborrow(),
+        }
+    }
+}
+
 /// What a completion found, as far as it has come.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Outcome {
     /// From the scan to voxels.
     pub pose: Pose,

@@ -1,7 +1,11 @@
 //! What can be wrong with a model or a buffer. Every error is found before a fit starts.
+//!
+//! On the [wire](crate::wire) an error travels as its number here: new ones go to the end of their list.
+
+use serde::{Deserialize, Serialize};
 
 /// Why a model, a buffer or an option is refused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Error {
     /// The bytes do not begin with the model magic: not a Lacuna model.
     NotAModel,
@@ -56,7 +60,7 @@ pub enum Error {
 }
 
 /// Parts of a model file, for [`Error::Inconsistent`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Part {
     /// The postcard header.
     Header,
@@ -77,7 +81,7 @@ pub enum Part {
 }
 
 /// Buffers, for [`Error::BufferTooSmall`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Buffer {
     /// Hull targets, one a stored voxel.
     Targets,
@@ -110,7 +114,7 @@ pub enum Buffer {
 }
 
 /// Options, for [`Error::Option`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum OptionName {
     /// Hull reach in front of or behind the surface.
     Reach,

@@ -54,7 +54,7 @@ pub const ENTRY_BYTES: usize = 12;
 /// Bytes of one row in a brick record.
 pub const ROW_BYTES: usize = 3;
 
-static CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+pub(crate) static CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
 /// CRC-32 of a model file, its own four bytes left out.
 pub fn checksum(file: &[u8]) -> u32 {

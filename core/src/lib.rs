@@ -6,7 +6,7 @@
 //! fitted distances is the completed surface.
 //!
 //! Data flows one way: scan ([`cloud`]) → [`pose`] → [`hull`] → [`global_fit`] → [`local_fit`] → distances;
-//! [`completion`] runs it as one job.
+//! [`completion`] runs it as one job, and [`wire`] lets a host run that job on a device.
 //! Lengths are in voxels, 1/256 voxel in integers; millimetres live at the edge, in the [`pose`].
 //! No heap, no panic, no unsafe code: the caller lends all memory ([`workspace`] tells how much),
 //! constructors check everything, steps do a bounded piece of work and cannot fail.
@@ -38,6 +38,7 @@ pub mod pose;
 pub mod pose_fit;
 pub mod sample;
 pub mod schedule;
+pub mod wire;
 pub mod workspace;
 
 pub use arithmetic::{Arithmetic, Fixed, Float};

@@ -1,7 +1,7 @@
 //! The pose: a similarity transform from the scan's frame and unit to the model's voxels.
 
 /// q = s R p + t.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Pose {
     /// R, row by row; orthonormal, determinant 1.
     pub rotation: [[f32; 3]; 3],

@@ -63,6 +63,13 @@ pub struct PoseBuffers<'b> {
     pub weights: &'b mut [f32],
 }
 
+impl PoseBuffers<'_> {
+    /// The same memory, lent on for a while.
+    pub const fn reborrow(&mut self) -> PoseBuffers<'_> {
+        PoseBuffers { normal: self.normal, chunk: self.chunk, row: self.row, weights: self.weights }
+    }
+}
+
 /// Elements of `normal` and of `chunk`.
 pub const fn sums_len(modes: usize) -> usize {
     packed(modes + POSE) + modes + POSE
@@ -74,7 +81,7 @@ pub const fn row_len(modes: usize) -> usize {
 }
 
 /// How well the points lie on the model.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Agreement {
     /// Sum of the robust weights w.
     pub weight: f32,

@@ -23,7 +23,7 @@ pub struct Progress {
 }
 
 /// Elements each buffer must have at least; see [`Workspace`] for their types.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sizes {
     /// Hull targets, i16.
     pub targets: usize,
@@ -172,6 +172,23 @@ impl<A: Arithmetic> Default for Workspace<'_, A> {
 /// Elements of [`Workspace::cell`]: the ends of a row, then the shares of a cell.
 pub(crate) fn cell_len(modes: usize, stride: u8) -> usize {
     ends_len(modes).max(shares_len(stride))
+}
+
+impl<A: Arithmetic> Workspace<'_, A> {
+    /// The same memory, lent on for a while.
+    pub const fn reborrow(&mut self) -> Workspace<'_, A> {
+        Workspace {
+            weights: self.weights,
+            previous: self.previous,
+            residuals: self.residuals,
+            hull_rows: self.hull_rows,
+            gradient: self.gradient,
+            dense: self.dense,
+            reciprocals: self.reciprocals,
+            nodes: self.nodes,
+            cell: self.cell,
+        }
+    }
 }
 
 /// The first `needed` elements of a buffer.

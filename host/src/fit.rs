@@ -13,7 +13,7 @@ pub struct Fit {
     pub outcome: Outcome,
     /// Weights estimated together with the pose, standard deviations.
     pub shape: Vec<f32>,
-    /// Packed hull targets.
+    /// Packed hull targets; empty where the fit ran on a device.
     pub targets: Vec<i16>,
     /// Global weights, standard deviations.
     pub global: Vec<f64>,
@@ -136,10 +136,7 @@ pub fn fit<A: Arithmetic>(
     let (targets, global) = (job.hull().targets.to_vec(), job.global().to_vec());
     let shape = job.shape().to_vec();
     let local_distances = job.local().map(|fit| distances(model, fit)).unwrap_or_default();
-    let still = Schedule { passes: &[], momentum: 0, ..schedule };
-    let hull = Hull::new(&targets);
-    let mut start = LocalFit::<A>::new(model, hull, &global, still, buffers.memory().workspace)?;
-    let global_distances = distances(model, &mut start);
+    let global_distances = global_distances(model, &global, schedule, &mut buffers)?;
     let digests = Digests {
         pose: outcome.digests.pose,
         hull: outcome.digests.hull,
@@ -149,6 +146,21 @@ pub fn fit<A: Arithmetic>(
     };
     let buffer_bytes = sizes.bytes::<A>();
     Ok(Fit { outcome, shape, targets, global, global_distances, local_distances, digests, buffer_bytes })
+}
+
+/// Distances of the global fit: those of a local fit that has not moved yet.
+///
+/// # Errors
+/// A schedule that does not go with the model, or buffers that are not for them.
+pub fn global_distances<A: Arithmetic>(
+    model: &Model<'_>,
+    weights: &[f64],
+    schedule: Schedule<'_>,
+    buffers: &mut Buffers<A>,
+) -> Result<Vec<i16>, Error> {
+    let still = Schedule { passes: &[], momentum: 0, ..schedule };
+    let workspace = buffers.memory().workspace;
+    Ok(distances(model, &mut LocalFit::<A>::new(model, Hull::new(&[]), weights, still, workspace)?))
 }
 
 fn distances<A: Arithmetic>(model: &Model<'_>, fit: &mut LocalFit<'_, '_, A>) -> Vec<i16> {

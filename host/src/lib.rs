@@ -5,6 +5,7 @@
 pub mod bvh;
 pub mod cli;
 pub mod complete;
+pub mod device;
 pub mod fit;
 pub mod io;
 pub mod mesh;

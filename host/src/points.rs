@@ -38,10 +38,10 @@ impl OrientedPoints {
 }
 
 impl PackedPoints {
-    /// The points with a rough pose as one block of bytes, for firmware that carries a scan of its own.
-    pub fn to_bytes(&self, pose: &Pose) -> Vec<u8> {
+    /// The points with a rough or exact pose as one block of bytes, for firmware that carries a scan of its own.
+    pub fn to_bytes(&self, pose: &Pose, exact: bool) -> Vec<u8> {
         let points = self.points.as_flattened().iter().flat_map(|value| value.to_le_bytes());
-        Bytes::head(self.step, pose).into_iter().chain(points).collect()
+        Bytes::head(self.step, pose, exact).into_iter().chain(points).collect()
     }
 
     /// The points for the core.

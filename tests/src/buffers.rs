@@ -21,24 +21,3 @@ pub fn complete(
     job.run();
     Ok(job.outcome()?.digests)
 }
-
-/// Bytes of all buffers.
-pub fn bytes(b: &Buffers<Fixed>) -> usize {
-    size_of_val(&*b.sums)
-        + size_of_val(&*b.chunk)
-        + size_of_val(&*b.row)
-        + size_of_val(&*b.shape)
-        + size_of_val(&*b.targets)
-        + size_of_val(&*b.normal)
-        + size_of_val(&*b.block)
-        + size_of_val(&*b.global)
-        + size_of_val(&*b.weights)
-        + size_of_val(&*b.previous)
-        + size_of_val(&*b.residuals)
-        + size_of_val(&*b.hull_rows)
-        + size_of_val(&*b.gradient)
-        + size_of_val(&*b.dense)
-        + size_of_val(&*b.reciprocals)
-        + size_of_val(&*b.nodes)
-        + size_of_val(&*b.cell)
-}

@@ -1,7 +1,13 @@
 //! Shared helpers of the tests: the built-in model, the program, borrowed buffers, real data.
 
 pub mod buffers;
+pub mod device_memory;
+pub mod firmware;
+pub mod line;
 pub mod program;
+pub mod rubbish;
+pub mod small;
+pub mod tcp_device;
 
 use lacuna::{Model, Pose, Schedule, schedule};
 use lacuna_host::points::{OrientedPoints, thin};

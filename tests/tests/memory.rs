@@ -8,7 +8,7 @@ use lacuna_host::io;
 use lacuna_host::mesh::Mesh;
 use lacuna_host::points::{OrientedPoints, thin};
 use lacuna_host::train::{Settings, train};
-use lacuna_tests::buffers::{bytes, complete};
+use lacuna_tests::buffers::complete;
 use lacuna_tests::{default_schedule, head_points, momentum_schedule, real_data, voxel_pose};
 
 const BUDGET: usize = 640 * 1024;
@@ -22,7 +22,7 @@ fn assert_within_budget(model: &Model<'_>) {
 fn assert_exact_buffers_do(model: &Model<'_>, points: &OrientedPoints, schedule: Schedule<'_>) {
     let sizes = Sizes::required(model, &schedule).unwrap();
     let mut buffers = Buffers::new(&sizes);
-    assert_eq!(bytes(&buffers), sizes.bytes::<Fixed>());
+    assert_eq!(buffers.memory().bytes(), sizes.bytes::<Fixed>());
     complete(model, &points.packed(), voxel_pose(model), schedule, &mut buffers).unwrap();
 }
 

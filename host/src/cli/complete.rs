@@ -3,8 +3,8 @@
 use super::inputs::{self, Subject};
 use super::{Common, Failure, bar, say};
 use crate::complete::merge::MEASURED;
-use crate::complete::{Completion, Hint, Options, complete, picture};
-use crate::fit::Digests;
+use crate::complete::{self, Completion, Hint, Options, Start, complete_by, fit_here, picture};
+use crate::fit::{Digests, Fit};
 use crate::io::{self, PlyOut};
 use crate::mesh::Mesh;
 use crate::unit;
@@ -57,7 +57,7 @@ struct Report<'a> {
     measured_vertices: usize,
     specks_removed: usize,
     scan_to_model: [[f64; 4]; 4],
-    verdict: &'a crate::complete::verdict::Verdict,
+    verdict: &'a complete::verdict::Verdict,
     hull_voxels: u32,
     buffer_bytes: usize,
     digests: Digests,
@@ -67,20 +67,32 @@ struct Report<'a> {
 impl Complete {
     /// Runs the subcommand.
     pub fn run(&self, common: &Common) -> Result<(), Failure> {
+        let progress = bar(1, "completing");
+        progress.tick();
+        self.run_by(common, |model, start, options| {
+            let fit = fit_here::<Fixed>(model, start, options.schedule);
+            progress.finish_and_clear();
+            fit
+        })
+    }
+
+    /// Runs the subcommand with a fit made by `fit`, here or on a device.
+    pub fn run_by(
+        &self,
+        common: &Common,
+        fit: impl FnOnce(&Model<'_>, &Start, &Options<'_>) -> Result<Fit, complete::Error>,
+    ) -> Result<(), Failure> {
         let bytes = self.subject.model_bytes()?;
         let model = self.subject.model(&bytes)?;
         let factor = self.subject.factor(&model);
         let scan = self.subject.mesh(&model)?;
         let start = std::time::Instant::now();
-        let progress = bar(2, "completing");
-        progress.inc(0);
         self.check_outputs()?;
-        let completion = complete::<Fixed>(&model, &scan, &self.options(&model)?)
+        let options = self.options(&model)?;
+        let completion = complete_by(&model, &scan, &options, |start| fit(&model, start, &options))
             .map_err(|error| self.subject.named(&error))?;
         let seconds = start.elapsed().as_secs_f64();
-        progress.inc(1);
         self.write(&completion, &model, factor)?;
-        progress.finish_and_clear();
         self.tell(common, &completion, &model, seconds);
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! The command line: one file a subcommand, all errors as sentences.
 
 mod complete;
+mod device;
 mod inputs;
 mod inspect;
 mod register;
@@ -37,6 +38,8 @@ struct Common {
 enum Command {
     /// Complete a scan: without arguments, the example scan with the built-in model
     Complete(complete::Complete),
+    /// Let a device complete scans: over a serial port, TCP, or in QEMU
+    Device(device::Device),
     /// Train a shape model on meshes of one class
     Train(train::Train),
     /// Show what a model holds and what memory its fit needs
@@ -63,6 +66,7 @@ pub fn run() -> ExitCode {
     }
     let result = match &cli.command {
         Command::Complete(args) => args.run(&cli.common),
+        Command::Device(args) => args.run(&cli.common),
         Command::Train(args) => args.run(&cli.common),
         Command::Inspect(args) => args.run(&cli.common),
         Command::Register(args) => args.run(&cli.common),

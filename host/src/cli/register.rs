@@ -39,7 +39,7 @@ impl Register {
         let seconds = start.elapsed().as_secs_f64();
         if let Some(path) = &self.pack {
             let (rough, points) = thinned(&scan, &found.placed);
-            let bytes = points.packed().to_bytes(&rough.pose);
+            let bytes = points.packed().to_bytes(&rough.pose, false);
             io::atomic::write(path, |file| file.write_all(&bytes))?;
         }
         let report = Report {

@@ -6,8 +6,7 @@ use crate::complete::{Hint, Options, Start, start};
 use crate::fit::Digests;
 use crate::mesh::Mesh;
 use crate::sentence::sentence;
-use crate::synth::Kind;
-use crate::verify::{Case, Class, Report, verify, verify_core};
+use crate::verify::{CLASSES, Case, Report, verify, verify_core};
 use lacuna::{Model, Schedule, schedule};
 use std::path::PathBuf;
 
@@ -21,12 +20,6 @@ pub struct Verify {
     model: Option<PathBuf>,
 }
 
-/// The classes that are trained on the spot, small enough for the dense reference.
-pub const CLASSES: [Class; 3] = [
-    Class::SMALL,
-    Class { name: "side", shapes: 6, spacing_mm: 9.0, stride: 3, kind: Kind::Side, seed: 7 },
-    Class { name: "stitched", shapes: 7, spacing_mm: 10.0, stride: 1, kind: Kind::Stitched, seed: 11 },
-];
 /// Name of the case with the built-in model and the example scan.
 pub const BUILT_IN: &str = "built-in";
 

@@ -74,13 +74,16 @@ pub enum Error {
     /// The fit.
     #[error("the fit was refused: {}", sentence(.0))]
     Fit(lacuna::Error),
+    /// The device that was to fit.
+    #[error(transparent)]
+    Device(#[from] crate::device::Error),
     /// No surface.
     #[error("{0}")]
     NoSurface(&'static str),
 }
 
 /// Hull points are this far apart, voxels.
-const HULL_CELL: f64 = 0.4;
+const HULL_CELL: f64 = 0.5;
 /// Farthest motion of the fitted surface onto the scan, class millimetres.
 const MOTION: f64 = 4.0;
 
@@ -93,11 +96,36 @@ pub fn complete<A: Arithmetic>(
     scan: &Mesh,
     options: &Options<'_>,
 ) -> Result<Completion, Error> {
+    complete_by(model, scan, options, |start| fit_here::<A>(model, start, options.schedule))
+}
+
+/// Fits a scan on this machine.
+///
+/// # Errors
+/// A scan that does not touch the model, or a schedule that does not go with it.
+pub fn fit_here<A: Arithmetic>(
+    model: &Model<'_>,
+    start: &Start,
+    schedule: Schedule<'_>,
+) -> Result<Fit, Error> {
+    let settings = Settings { reach: Reach::of(model), rounds: start.rounds, schedule };
+    fit::<A>(model, &start.points.packed(), &start.rough.pose, settings).map_err(Error::Fit)
+}
+
+/// Completes a scan with a fit made by `fit`, here or on a device.
+///
+/// # Errors
+/// As for [`complete`], and those of `fit`.
+pub fn complete_by(
+    model: &Model<'_>,
+    scan: &Mesh,
+    options: &Options<'_>,
+    fit: impl FnOnce(&Start) -> Result<Fit, Error>,
+) -> Result<Completion, Error> {
     let (scan, specks) = clean::clean(scan);
     let (measured, start) = rayon::join(|| scan_surface(&scan, model), || start(model, &scan, options));
     let (measured, start) = (measured?, start?);
-    let settings = Settings { reach: Reach::of(model), rounds: start.rounds, schedule: options.schedule };
-    let fit = fit::<A>(model, &start.points.packed(), &start.rough.pose, settings).map_err(Error::Fit)?;
+    let fit = fit(&start)?;
     let placed = Placed { centre: start.rough.centre, pose: fit.outcome.pose };
     let points = without_clutter(model, &start, &fit);
     let centred = Placed { centre: Point::origin(), ..placed };

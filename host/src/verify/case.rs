@@ -54,6 +54,12 @@ impl Class {
         Self { name: "small", shapes: 8, spacing_mm: 8.0, stride: 2, kind: Kind::Front, seed: 42 };
 }
 
+/// The classes that are trained on the spot, small enough for the dense reference.
+pub const CLASSES: [Class; 3] = [
+    Class::SMALL,
+    Class { name: "side", shapes: 6, spacing_mm: 9.0, stride: 3, kind: Kind::Side, seed: 7 },
+    Class { name: "stitched", shapes: 7, spacing_mm: 10.0, stride: 1, kind: Kind::Stitched, seed: 11 },
+];
 impl Case {
     /// The case for [`Class::SMALL`].
     ///

@@ -40,7 +40,8 @@ fn complete<M: Machine>(machine: &mut M, scale: &Scale) -> Result<(), Error> {
     }
     let cloud = Cloud::new(points.get(..count).unwrap_or(&[]), scan.step())?;
     let schedule = Schedule { stride: model.header().stride, momentum: 0, passes: &schedule::DEFAULT };
-    let settings = Settings { reach: Reach::of(&model), rounds: &ROUNDS, schedule };
+    let settings =
+        Settings { reach: Reach::of(&model), rounds: if scan.exact() { &[] } else { &ROUNDS }, schedule };
     let mut job = Completion::<Fixed>::new(&model, cloud, scan.pose(), settings, memory)?;
     let mut counts = Counts::default();
     loop {

@@ -1,0 +1,260 @@
+//! What host and device say to each other. See the [specification](super) for when.
+//!
+//! On the line a message is its number in [`Request`] or [`Reply`]: new ones go to the end.
+
+use super::refusal::Refusal;
+use crate::cloud::POINT_BYTES;
+use crate::completion::{Outcome, Settings, Stage};
+use crate::error::Error;
+use crate::format::Unit;
+use crate::hull::Reach;
+use crate::model::Model;
+use crate::pose::Pose;
+use crate::pose_fit::{ROUNDS, Round};
+use crate::schedule::{self, Schedule};
+use serde::{Deserialize, Serialize};
+
+/// The protocol version of this build.
+pub const VERSION: u16 = 1;
+/// Most bytes of points or results in a message.
+pub const MAX_DATA: usize = 960;
+/// Most points in a message.
+pub const MAX_BATCH: usize = MAX_DATA / POINT_BYTES;
+
+/// What the host asks.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Request<'a> {
+    /// Opens a session: the header's, which must not be 0. The scan on the device stays.
+    Hello {
+        /// The version the host speaks.
+        version: u16,
+    },
+    /// Asks for [`Info`].
+    Info,
+    /// Begins a scan and forgets the one before, with its results.
+    Begin(Begin),
+    /// The next points.
+    Points {
+        /// Number of the first of them.
+        first: u32,
+        /// [`POINT_BYTES`] for each.
+        batch: &'a [u8],
+    },
+    /// Sees to it that the scan is fitted: begins the fit unless it runs or has ended well.
+    Fit,
+    /// Asks for [`Status`].
+    Status,
+    /// Asks what the fit found.
+    Outcome,
+    /// Asks for weights, as many from `first` on as a message holds.
+    Weights {
+        /// Which.
+        of: Vector,
+        /// Number of the first value.
+        first: u32,
+    },
+    /// Asks for distances from a voxel on, as many as a message holds, [packed](super::distances).
+    Distances {
+        /// Number of the first voxel.
+        first: u32,
+    },
+    /// Asks for [`Counters`].
+    Counters,
+    /// Stops the fit and forgets the scan.
+    Cancel,
+    /// Reserved for rows of a depth image in place of points.
+    DepthRows,
+}
+
+/// What the device answers.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Reply<'a> {
+    /// To [`Request::Hello`].
+    Hello {
+        /// The version the device speaks.
+        version: u16,
+    },
+    /// To [`Request::Info`].
+    Info(#[serde(borrow)] Info<'a>),
+    /// To [`Request::Begin`], [`Request::Points`], [`Request::Fit`], [`Request::Status`], [`Request::Cancel`].
+    Status(Status),
+    /// To [`Request::Outcome`].
+    Outcome(Outcome),
+    /// To [`Request::Weights`] (little endian) and [`Request::Distances`] (packed). Empty at the end.
+    Data {
+        /// Number of the first value.
+        first: u32,
+        /// At most [`MAX_DATA`].
+        bytes: &'a [u8],
+    },
+    /// To [`Request::Counters`].
+    Counters(Counters),
+    /// To any.
+    Refused(Refusal),
+}
+
+/// A scan to come.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Begin {
+    /// A number of the host's choice, by which it knows the scan again after an interruption.
+    pub scan: u32,
+    /// Points to come.
+    pub points: u32,
+    /// Scan units a step of the points' positions.
+    pub step: f32,
+    /// From the scan to voxels.
+    pub pose: Pose,
+    /// How well the pose is known.
+    pub hint: Hint,
+    /// Iterations of the local fit.
+    pub iterations: Iterations,
+}
+
+impl Begin {
+    /// What a completion of this scan runs with: on a device, and on a host that wants the same bits.
+    pub fn settings(&self, model: &Model<'_>) -> Settings<'static> {
+        let rounds: &[Round] = match self.hint {
+            Hint::Rough => &ROUNDS,
+            Hint::Exact => &[],
+        };
+        let stride = model.header().stride;
+        let schedule = match self.iterations {
+            Iterations::Varying => Schedule { stride, momentum: 0, passes: &schedule::DEFAULT },
+            Iterations::Momentum => Schedule { stride, momentum: 179, passes: &schedule::MOMENTUM },
+        };
+        Settings { reach: Reach::of(model), rounds, schedule }
+    }
+}
+
+/// How well a pose is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Hint {
+    /// Roughly: the device refines it.
+    Rough,
+    /// Exactly: taken as it is.
+    Exact,
+}
+
+/// Iterations of the local fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Iterations {
+    /// [`schedule::DEFAULT`].
+    Varying,
+    /// [`schedule::MOMENTUM`]: needs a second copy of the weights.
+    Momentum,
+}
+
+/// Which weights.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Vector {
+    /// Estimated with the pose: f32, one a mode; none for an exact pose.
+    Shape,
+    /// Of the global fit: f64, one a mode.
+    Global,
+    /// Of the local fit: i16, 1/2048 standard deviation, the modes of a node side by side.
+    Nodes,
+}
+
+/// What the device is and holds.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Info<'a> {
+    /// The machine's name.
+    pub machine: &'a str,
+    /// Version of the core.
+    pub core: &'a str,
+    /// Most points of a scan.
+    pub max_points: u32,
+    /// Static memory lent to points, fit and protocol, bytes.
+    pub ram: u32,
+    /// Bytes of the model.
+    pub flash: u32,
+    /// [`MAX_MESSAGE`](super::frame::MAX_MESSAGE) of the device.
+    pub max_message: u16,
+    /// Its model, or why that is refused.
+    #[serde(borrow)]
+    pub model: Result<Identity<'a>, Error>,
+}
+
+/// A model's identity.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Identity<'a> {
+    /// Name of the shape class, its first 64 bytes.
+    pub class: &'a str,
+    /// CRC-32 of the file.
+    pub checksum: u32,
+    /// Modes, K.
+    pub modes: u8,
+    /// Edge of a voxel.
+    pub spacing: f32,
+    /// Its unit.
+    pub unit: Unit,
+    /// Stored voxels: as many distances there are.
+    pub voxels: u32,
+}
+
+/// How far a scan has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Status {
+    /// What the device does.
+    pub state: State,
+    /// The scan's number, 0 without a scan.
+    pub scan: u32,
+    /// Points received.
+    pub received: u32,
+    /// Points announced.
+    pub announced: u32,
+}
+
+/// What the device does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum State {
+    /// Nothing: there is no scan.
+    Idle,
+    /// Waits for points, or with all of them for the fit.
+    Receiving,
+    /// Fits.
+    Fitting {
+        /// The stage under way.
+        stage: Stage,
+        /// Pieces of its work done.
+        done: u32,
+        /// Pieces of its work in all.
+        total: u32,
+    },
+    /// Has results.
+    Done,
+    /// The fit ended without: the scan does not go with the model.
+    Failed(Error),
+}
+
+/// What the last fit cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Counters {
+    /// Pose and shape together.
+    pub pose: Count,
+    /// The hull.
+    pub hull: Count,
+    /// The global fit.
+    pub global: Count,
+    /// The local fit.
+    pub local: Count,
+    /// Distances computed for replies.
+    pub distances: Count,
+}
+
+/// What a stage cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Count {
+    /// By the machine's own counter: instructions, cycles or ticks; 0 without one.
+    pub work: u64,
+    /// Bounded pieces of work.
+    pub steps: u32,
+}
+
+impl Count {
+    /// Adds a piece of work.
+    pub const fn add(&mut self, work: u64) {
+        self.work = self.work.saturating_add(work);
+        self.steps = self.steps.saturating_add(1);
+    }
+}

@@ -1,0 +1,104 @@
+//! The wire protocol: a host sends a scan to a device, which completes it and returns the bits the host would
+//! have computed. Both ends are built from this module: [`device::serve`] is the whole of the device's, the
+//! host's is `lacuna device`. Version 1.
+//!
+//! # Line
+//! Any stream of bytes in both directions: a UART, USB serial, a TCP connection. Bytes may be damaged, lost or
+//! repeated; their order is kept. The host asks, the device answers, never unasked.
+//!
+//! # Frames
+//! ```text
+//! 00  COBS( header | message | CRC-32 )  00
+//! ```
+//! - COBS (Cheshire & Baker 1999) leaves no zero within a frame: after any damage a receiver is in step again at
+//!   the next zero. Empty frames mean nothing, so zeros may be added freely.
+//! - Header and message are [postcard](https://postcard.jamesmunns.com/wire-format): integers as varints (seven
+//!   bits a byte, low first), f32 and f64 little endian, an enum as the number of its variant, bytes and text
+//!   after their length.
+//! - The header is two u32: session and sequence number ([`frame::Header`]).
+//! - CRC-32/ISO-HDLC over header and message, little endian.
+//! - Header, message and checksum are at most 1024 bytes ([`frame::MAX_MESSAGE`]), points or results in a message
+//!   at most 960 ([`message::MAX_DATA`]), a frame at most 1031 on the line ([`frame::MAX_FRAME`]).
+//!
+//! # Conversation
+//! The host opens a session with `Hello`: it chooses the session number (not 0, and not the one before) and the
+//! first sequence number. Every further request bears the session and the next sequence number, one higher each,
+//! wrapping. The host sends one request and waits for the reply with the same header before it sends the next.
+//!
+//! | the device receives | and |
+//! |---|---|
+//! | the next sequence number | executes the request, replies, keeps the reply |
+//! | the last one again | sends the kept reply again, executes nothing |
+//! | `Hello` with another session number | opens that session; the scan stays |
+//! | `Hello` with another version | refuses: `UnknownVersion`, with the one it speaks |
+//! | another session number | refuses: `WrongSession`, with its own; 0 is none, after a reset |
+//! | another sequence number | refuses: `OutOfOrder`, with the one it expects |
+//! | an intact frame it cannot read | refuses: `BadRequest` |
+//! | a damaged frame | answers `Damaged` with the header of the last executed request |
+//! | fewer than 7 bytes between zeros | nothing |
+//!
+//! Without a reply in time, after a damaged one and after `Damaged`, the host sends the same request again, byte
+//! for byte. It drops replies whose header is not its request's. So every request is executed once whatever
+//! happens to the frames, and a `Damaged` out of season costs a repetition at most.
+//!
+//! # Messages
+//! Numbers are those of the variants on the line; fields are in [`message`], in the order of the line.
+//!
+//! | no. | request | reply (no.) |
+//! |---|---|---|
+//! | 0 | `Hello` version | `Hello` (0) version |
+//! | 1 | `Info` | `Info` (1): machine, budgets, the model's identity or why it is refused |
+//! | 2 | `Begin` scan number, points, step, pose, hint, iterations | `Status` (2) |
+//! | 3 | `Points` number of the first, 12 bytes a point ([`Packed`](crate::cloud::Packed), little endian) | `Status` |
+//! | 4 | `Fit` | `Status` |
+//! | 5 | `Status` | `Status`: state, scan number, points received and announced |
+//! | 6 | `Outcome` | `Outcome` (3): pose, agreement, inliers, clutter, hull voxels, digests |
+//! | 7 | `Weights` which, number of the first | `Data` (4), as many as fit, empty at the end |
+//! | 8 | `Distances` number of the first voxel | `Data`, as many as fit, [packed](distances), empty at the end |
+//! | 9 | `Counters` | `Counters` (5): work and steps of each stage |
+//! | 10 | `Cancel` | `Status` |
+//! | 11 | reserved: rows of a depth image in place of points | `Refused` `Unsupported` |
+//!
+//! Any request may be answered by `Refused` (6) with a [`Refusal`]; nothing has changed then.
+//! A refusal that follows from the request itself is a reply like any other and kept; those in the table of the
+//! conversation are not. Results are values, numbered from 0; a request for results changes nothing.
+//!
+//! # States
+//! ```text
+//!            Begin              Fit, all points there          the job ends
+//!   Idle ────────────▶ Receiving ──────────────────▶ Fitting ───────────────▶ Done
+//!    ▲                  │  ▲  ▲                          │ EmptyHull ...
+//!    │      Points ─────┘──┘  └── Fit refused            └──────────────────▶ Failed ── Fit ──▶ Fitting
+//!    └── Cancel, from anywhere;  Begin, from anywhere but when refused ▶ Receiving
+//! ```
+//! Points are accepted in Receiving, in order, without gaps (`WrongPlace` tells the next). Fit in Fitting and in
+//! Done changes nothing. Results are there in Done. Status, Info, Counters, Cancel and Begin are answered in
+//! every state, between two bounded pieces of a fit.
+//!
+//! # Interruption
+//! - *The host or the cable goes away.* The device keeps scan, fit and results. The host says hello in a new
+//!   session and asks for the status: if the scan number is its own, it goes on at the point the device asks
+//!   for, waits for the fit, or fetches the results. The number should follow from the scan's contents.
+//! - *The device is reset.* It knows no session: the next request is refused, `WrongSession` 0. The host says
+//!   hello; the status is Idle with scan number 0; it begins again.
+//!
+//! # A device without a model
+//! If the model is refused, the device answers Hello and Info, which tells why, and refuses everything else with
+//! the core's [`Error`](crate::Error).
+//!
+//! # Versions
+//! The version is one number. Within a version messages, refusals and errors may be added at the end of their
+//! lists, nothing else; an end that does not know a message answers `BadRequest`. Frames, header, Hello and
+//! `Refused` `UnknownVersion` are the same in all versions.
+
+mod desk;
+pub mod device;
+pub mod distances;
+pub mod frame;
+mod line;
+pub mod message;
+pub mod refusal;
+mod results;
+
+pub use device::{Buffers, Device, serve};
+pub use refusal::Refusal;

@@ -1,0 +1,137 @@
+//! `lacuna device verify`.
+
+use super::complete::costs;
+use super::line::{self, AnyClient, Line};
+use super::{Common, Failure};
+use crate::cli::{inputs, say};
+use crate::complete::clean::clean;
+use crate::complete::{Hint, Options, Start, fit_here, start};
+use crate::device::Scan;
+use crate::fit::Digests;
+use crate::mesh::Mesh;
+use crate::synth::{Head, Kind, ScannerSettings, scan};
+use lacuna::wire::message::{Counters, Iterations};
+use lacuna::{Fixed, Model, Schedule, schedule};
+use std::path::PathBuf;
+
+/// Complete scans here and on the device, and compare the bits of every stage.
+#[derive(clap::Args)]
+pub struct Verify {
+    /// The scans [default: the example scan, and scans of the built-in class from other sides]
+    scans: Vec<PathBuf>,
+    /// The model of these scans, which the device must hold [default: the built-in one]
+    #[arg(short, long, requires = "scans")]
+    model: Option<PathBuf>,
+    #[command(flatten)]
+    line: Line,
+}
+
+#[derive(serde::Serialize)]
+struct Report {
+    scan: String,
+    points: usize,
+    host: Digests,
+    device: Digests,
+    counters: Counters,
+    seconds: f64,
+}
+
+impl Report {
+    /// The first stage whose bits differ.
+    fn difference(&self) -> Option<&'static str> {
+        let stages = |d: &Digests| {
+            [
+                ("pose", d.pose),
+                ("hull", d.hull),
+                ("global", d.global),
+                ("local", d.local),
+                ("distances", d.distances),
+            ]
+        };
+        let pairs = stages(&self.host).into_iter().zip(stages(&self.device));
+        pairs.into_iter().find(|(host, device)| host != device).map(|((stage, _), _)| stage)
+    }
+}
+
+impl Verify {
+    /// Runs the subcommand.
+    pub fn run(&self, common: &Common) -> Result<(), Failure> {
+        let mut client = self.line.open()?;
+        let bytes = inputs::model_bytes(self.model.as_deref())?;
+        let model = inputs::model(&bytes, self.model.as_deref())?;
+        let mut reports = vec![];
+        for (name, mesh) in self.meshes()? {
+            let schedule =
+                Schedule { stride: model.header().stride, momentum: 0, passes: &schedule::DEFAULT };
+            let rough = Options { hint: Hint::None, seed: 1, schedule, finer: 1 };
+            let start = start(&model, &mesh, &rough)?;
+            let exact = Start { rounds: &[], points: start.points.clone(), ..start };
+            for (hint, start) in [("rough", &start), ("exact", &exact)] {
+                let report = compare(&mut client, &model, format!("{name}, {hint} pose"), start, schedule)?;
+                if !common.json {
+                    tell(&report);
+                }
+                reports.push(report);
+            }
+        }
+        if common.json {
+            say(&serde_json::to_string_pretty(&reports)?);
+        }
+        let differing = |r: &Report| r.difference().map(|stage| format!("{} ({stage})", r.scan));
+        let different: Vec<String> = reports.iter().filter_map(differing).collect();
+        if different.is_empty() {
+            return Ok(());
+        }
+        let list = different.join("; ");
+        Err(format!("the device does not compute the host's bits; first stage that differs: {list}").into())
+    }
+
+    /// Scans without specks, by name.
+    fn meshes(&self) -> Result<Vec<(String, Mesh)>, Failure> {
+        if self.scans.is_empty() {
+            let example = ("the example scan".to_owned(), clean(&inputs::scan(None)?).0);
+            let sides = [("front", Kind::Front), ("side", Kind::Side)];
+            return Ok(std::iter::once(example)
+                .chain(sides.map(|(name, kind)| synthetic(name, kind)))
+                .collect());
+        }
+        let read = |path: &PathBuf| Ok((path.display().to_string(), clean(&inputs::scan(Some(path))?).0));
+        self.scans.iter().map(read).collect()
+    }
+}
+
+/// A scan of a head of the built-in class that is not among the training shapes.
+fn synthetic(name: &str, kind: Kind) -> (String, Mesh) {
+    const HEAD: (u64, u64) = (1, 1001);
+    let head = Head::sample(HEAD.0, HEAD.1).mesh();
+    (format!("head {} from the {name}", HEAD.1), scan(&head, kind, &ScannerSettings::small(), HEAD.1).mesh)
+}
+
+fn compare(
+    client: &mut AnyClient,
+    model: &Model<'_>,
+    name: String,
+    start: &Start,
+    schedule: Schedule<'_>,
+) -> Result<Report, Failure> {
+    let host = fit_here::<Fixed>(model, start, schedule)?.digests;
+    let scan = Scan::new(start, Iterations::Varying);
+    let begun = std::time::Instant::now();
+    let results = line::complete(client, model, &scan)?;
+    let (seconds, counters) = (begun.elapsed().as_secs_f64(), results.counters);
+    let device = results.into_fit(model, &scan.begin).map_err(crate::complete::Error::Fit)?.digests;
+    Ok(Report { scan: name, points: scan.points.len(), host, device, counters, seconds })
+}
+
+fn tell(report: &Report) {
+    let d = &report.device;
+    let judgement = report
+        .difference()
+        .map_or("the host's bits".into(), |stage| format!("differs from stage {stage} on"));
+    say(&format!("{}: {} points, {:.1} s, {judgement}", report.scan, report.points, report.seconds));
+    say(&format!(
+        "  digests       pose {:08x} hull {:08x} global {:08x} local {:08x} distances {:08x}",
+        d.pose, d.hull, d.global, d.local, d.distances
+    ));
+    say(&format!("  device        {}", costs(&report.counters)));
+}

@@ -1,0 +1,169 @@
+//! A firmware in QEMU, started on the spot.
+
+use super::Link;
+use std::io::{self, ErrorKind};
+use std::net::{TcpListener, TcpStream};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Machines that there is a firmware for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Machine {
+    /// Cortex-M4F: mps2-an386.
+    #[value(alias = "m4f")]
+    M4,
+    /// Cortex-M7: mps2-an500.
+    M7,
+    /// Cortex-M55: mps3-an547.
+    M55,
+    /// RISC-V, riscv32imac: virt.
+    Riscv,
+}
+
+/// Why there is no emulated device.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// Nothing to run.
+    #[error(
+        "there is no firmware at {}: build it with `cargo build --release` in targets/{folder}, or give --firmware", .path.display()
+    )]
+    NoFirmware {
+        /// Where it was looked for.
+        path: PathBuf,
+        /// Its package.
+        folder: &'static str,
+    },
+    /// No emulator.
+    #[error("{0} is neither in PATH nor in ~/.local/share/bare/bin: install QEMU for Arm and RISC-V")]
+    NoQemu(&'static str),
+    /// It does not start.
+    #[error("QEMU did not start: {0}")]
+    Start(#[from] io::Error),
+}
+
+/// An emulated device; it ends with this value.
+#[derive(Debug)]
+pub struct Qemu {
+    child: Child,
+    line: TcpStream,
+}
+
+impl Machine {
+    /// Its package in targets/.
+    const fn folder(self) -> &'static str {
+        match self {
+            Self::M4 => "m4f",
+            Self::M7 => "m7",
+            Self::M55 => "m55",
+            Self::Riscv => "riscv",
+        }
+    }
+
+    const fn target(self) -> &'static str {
+        match self {
+            Self::M4 | Self::M7 => "thumbv7em-none-eabihf",
+            Self::M55 => "thumbv8m.main-none-eabihf",
+            Self::Riscv => "riscv32imac-unknown-none-elf",
+        }
+    }
+
+    const fn emulator(self) -> (&'static str, &'static [&'static str]) {
+        match self {
+            Self::M4 => ("qemu-system-arm", &["-M", "mps2-an386"]),
+            Self::M7 => ("qemu-system-arm", &["-M", "mps2-an500"]),
+            Self::M55 => ("qemu-system-arm", &["-M", "mps3-an547"]),
+            Self::Riscv => ("qemu-system-riscv32", &["-M", "virt", "-bios", "none"]),
+        }
+    }
+
+    /// Where its firmware is built, from the workspace's folder.
+    fn firmware(self) -> PathBuf {
+        let folder = self.folder();
+        let built = Path::new("targets").join(folder).join("target").join(self.target());
+        built.join("release").join(format!("lacuna-{folder}"))
+    }
+}
+
+impl Qemu {
+    /// Starts a firmware, by default the one that was built in targets/, and waits for its serial line.
+    ///
+    /// # Errors
+    /// No firmware, no emulator, or one that ends at once.
+    pub fn start(machine: Machine, firmware: Option<&Path>) -> Result<Self, Error> {
+        let path = firmware.map_or_else(|| machine.firmware(), Path::to_path_buf);
+        if !path.is_file() {
+            return Err(Error::NoFirmware { path, folder: machine.folder() });
+        }
+        let (program, board) = machine.emulator();
+        let program = find(program).ok_or(Error::NoQemu(program))?;
+        let listener = TcpListener::bind("127.0.0.1:0")?;
+        let serial = format!("tcp:{}", listener.local_addr()?);
+        // One instruction takes 512 ns of the emulated time, so that the firmware's counters count instructions.
+        let mut child = Command::new(program)
+            .args(board)
+            .args(["-display", "none", "-monitor", "none", "-icount", "shift=9"])
+            .args(["-semihosting-config", "enable=on,target=native,arg=lacuna,arg=serve"])
+            .args(["-serial", &serial])
+            .arg("-kernel")
+            .arg(path)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .spawn()?;
+        match accept(&listener, &mut child) {
+            Ok(line) => Ok(Self { child, line }),
+            Err(error) => {
+                end(&mut child);
+                Err(error.into())
+            }
+        }
+    }
+}
+
+impl Drop for Qemu {
+    fn drop(&mut self) {
+        end(&mut self.child);
+    }
+}
+
+impl Link for Qemu {
+    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.line.send(bytes)
+    }
+
+    fn receive(&mut self, bytes: &mut [u8], patience: Duration) -> io::Result<usize> {
+        self.line.receive(bytes, patience)
+    }
+}
+
+/// Ends a process; that it has ended already is no error.
+fn end(child: &mut Child) {
+    let _ = child.kill();
+    let _ = child.wait();
+}
+
+/// Waits until QEMU connects its serial line.
+fn accept(listener: &TcpListener, child: &mut Child) -> io::Result<TcpStream> {
+    listener.set_nonblocking(true)?;
+    let deadline = Instant::now() + Duration::from_secs(10);
+    loop {
+        match listener.accept() {
+            Ok((line, _)) => {
+                line.set_nonblocking(false)?;
+                line.set_nodelay(true)?;
+                return Ok(line);
+            }
+            Err(error) if error.kind() != ErrorKind::WouldBlock => return Err(error),
+            Err(_) if child.try_wait()?.is_some() => return Err(io::Error::other("it ended at once")),
+            Err(_) if Instant::now() > deadline => return Err(ErrorKind::TimedOut.into()),
+            Err(_) => std::thread::sleep(Duration::from_millis(5)),
+        }
+    }
+}
+
+/// A program in PATH or where the toolchain for bare machines keeps it.
+fn find(program: &str) -> Option<PathBuf> {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let home = std::env::home_dir().map(|home| home.join(".local/share/bare/bin"));
+    std::env::split_paths(&path).chain(home).map(|folder| folder.join(program)).find(|path| path.is_file())
+}

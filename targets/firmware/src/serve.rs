@@ -1,0 +1,76 @@
+//! Serves scans over the machine's serial line.
+
+use crate::count::Scale;
+use crate::{MODEL, Machine, memory};
+use core::convert::Infallible;
+use embedded_io::{ErrorType, Read, ReadReady, Write};
+use lacuna::wire::device::{Buffers, Device, Port, serve};
+use static_cell::ConstStaticCell;
+
+static WIRE: ConstStaticCell<Buffers> = ConstStaticCell::new(Buffers::new());
+
+/// The serial line with the counter beside it.
+struct Line<'m, M: Machine> {
+    machine: &'m mut M,
+    scale: Scale,
+    /// A byte that has been received and not read.
+    waiting: Option<u8>,
+    /// Ticks when they were read last, and all before.
+    last: u32,
+    ticks: u64,
+}
+
+impl<M: Machine> Port for Line<'_, M> {
+    fn counter(&mut self) -> u64 {
+        let now = self.machine.ticks();
+        self.ticks += u64::from(now.wrapping_sub(self.last));
+        self.last = now;
+        self.scale.instructions(self.ticks)
+    }
+}
+
+impl<M: Machine> ErrorType for Line<'_, M> {
+    type Error = Infallible;
+}
+
+impl<M: Machine> Read for Line<'_, M> {
+    fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
+        while !self.read_ready()? {}
+        let mut count = 0;
+        for slot in buffer {
+            let Some(byte) = self.waiting.take().or_else(|| self.machine.receive()) else { break };
+            *slot = byte;
+            count += 1;
+        }
+        Ok(count)
+    }
+}
+
+impl<M: Machine> ReadReady for Line<'_, M> {
+    fn read_ready(&mut self) -> Result<bool, Infallible> {
+        self.waiting = self.waiting.or_else(|| self.machine.receive());
+        Ok(self.waiting.is_some())
+    }
+}
+
+impl<M: Machine> Write for Line<'_, M> {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+        bytes.iter().for_each(|&byte| self.machine.send(byte));
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+/// Serves for ever; returns only where the static memory has been handed out before.
+pub fn run<M: Machine>(machine: &mut M) -> Option<()> {
+    let (points, memory) = memory::take()?;
+    let scale = Scale::measure(machine);
+    let last = machine.ticks();
+    let mut line = Line { machine, scale, waiting: None, last, ticks: 0 };
+    let device = Device { machine: M::NAME, model: &MODEL, points, memory };
+    serve(&mut line, device, WIRE.try_take()?);
+    None
+}

@@ -1,0 +1,34 @@
+//! What a firmware has in statics, on the heap of a test.
+
+use lacuna::cloud::Packed;
+use lacuna::wire::device::{Ended, Port};
+use lacuna::wire::{Buffers, Device, serve};
+use lacuna::{Fixed, Model, Sizes};
+
+/// Memory of a device.
+pub struct DeviceMemory {
+    /// Its points.
+    pub points: Vec<Packed>,
+    fit: lacuna_host::fit::Buffers<Fixed>,
+    wire: Box<Buffers>,
+}
+
+impl DeviceMemory {
+    /// Enough for a model with any iterations, and none where the model is refused.
+    pub fn new(model: &[u8], points: usize) -> Self {
+        let model = Model::from_bytes(model).ok();
+        let sizes = model.and_then(|model| Sizes::required(&model, &crate::momentum_schedule(&model)).ok());
+        Self {
+            points: vec![[0; 6]; points],
+            fit: lacuna_host::fit::Buffers::new(&sizes.unwrap_or_default()),
+            wire: Box::new(Buffers::new()),
+        }
+    }
+
+    /// Serves until the line ends.
+    pub fn serve<P: Port>(&mut self, port: &mut P, model: &[u8]) -> Ended<P::Error> {
+        let memory = self.fit.memory();
+        let device = Device { machine: "test", model, points: &mut self.points, memory };
+        serve(port, device, &mut self.wire)
+    }
+}

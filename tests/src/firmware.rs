@@ -1,0 +1,116 @@
+//! Builds the firmware and runs it in QEMU, where the tools for that are there.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The machines: folder, target triple.
+pub const MACHINES: [(&str, &str); 4] = [
+    ("m4f", "thumbv7em-none-eabihf"),
+    ("m7", "thumbv7em-none-eabihf"),
+    ("m55", "thumbv8m.main-none-eabihf"),
+    ("riscv", "riscv32imac-unknown-none-elf"),
+];
+
+/// The folder of the firmware workspace.
+pub fn folder() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../targets")
+}
+
+/// What a run printed.
+#[derive(Debug, Default)]
+pub struct Run {
+    /// CRC-32 of each stage.
+    pub digests: BTreeMap<String, u32>,
+    /// Instructions of each kind of work.
+    pub counts: BTreeMap<String, u64>,
+    /// Bytes of stack used.
+    pub stack: u64,
+}
+
+/// The Cargo toolchain argument that has the target, if any: a toolchain called `bare`, or the usual one.
+fn toolchain(triple: &str) -> Option<Vec<String>> {
+    let has = |arguments: &[&str]| {
+        let sysroot = Command::new("rustc").args(arguments).args(["--print", "sysroot"]).output().ok()?;
+        let path = PathBuf::from(String::from_utf8(sysroot.stdout).ok()?.trim());
+        (sysroot.status.success() && path.join("lib/rustlib").join(triple).join("lib").is_dir()).then_some(())
+    };
+    if has(&["+bare"]).is_some() {
+        return Some(vec!["+bare".into()]);
+    }
+    has(&[]).map(|()| Vec::new())
+}
+
+/// Whether QEMU is there, in the path or in the usual folder of unpacked tools.
+fn has_qemu(name: &str) -> bool {
+    let home = std::env::var_os("HOME").map(PathBuf::from).unwrap_or_default();
+    let folders = std::env::var_os("PATH").unwrap_or_default();
+    let mut folders: Vec<PathBuf> = std::env::split_paths(&folders).collect();
+    folders.push(home.join(".local/share/bare/bin"));
+    folders.iter().any(|folder| folder.join(name).is_file())
+}
+
+/// Why a machine cannot be tried here; `None` where it can.
+///
+/// # Panics
+/// Where `LACUNA_REQUIRE_TARGETS` is set and something is missing.
+pub fn missing(machine: &str, triple: &str) -> Option<String> {
+    let qemu = if machine == "riscv" { "qemu-system-riscv32" } else { "qemu-system-arm" };
+    let reason = match (toolchain(triple), has_qemu(qemu)) {
+        (None, _) => {
+            format!("NOT TESTED on {machine}: no Rust toolchain has {triple} (rustup target add {triple})")
+        }
+        (_, false) => format!("NOT TESTED on {machine}: {qemu} is not there"),
+        _ => return None,
+    };
+    assert!(std::env::var_os("LACUNA_REQUIRE_TARGETS").is_none(), "{reason}");
+    println!("{reason}");
+    Some(reason)
+}
+
+/// Builds a machine's firmware, with another model and scan if they are given: the ELF file.
+///
+/// # Panics
+/// A build that fails.
+pub fn build(machine: &str, triple: &str, inputs: Option<(&Path, &Path)>) -> PathBuf {
+    let mut command = Command::new("cargo");
+    command.args(toolchain(triple).unwrap_or_default()).args(["build", "--release", "--quiet"]);
+    // Cargo tells its children which toolchain it is; this one is another.
+    for variable in
+        ["RUSTUP_TOOLCHAIN", "CARGO", "RUSTC", "RUSTFLAGS", "CARGO_TARGET_DIR", "CARGO_ENCODED_RUSTFLAGS"]
+    {
+        command.env_remove(variable);
+    }
+    if let Some((model, cloud)) = inputs {
+        command.env("LACUNA_MODEL", model).env("LACUNA_CLOUD", cloud);
+    }
+    let output = command.current_dir(folder().join(machine)).output().expect("cargo");
+    assert!(output.status.success(), "{machine}: {}", String::from_utf8_lossy(&output.stderr));
+    folder().join(machine).join("target").join(triple).join("release").join(format!("lacuna-{machine}"))
+}
+
+/// Runs a firmware's example.
+///
+/// # Panics
+/// A firmware that ends with an error.
+pub fn run(machine: &str, elf: &Path) -> Run {
+    let output = Command::new(folder().join("qemu.sh")).arg(machine).arg(elf).output().expect("qemu.sh");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{machine}: {text}{}", String::from_utf8_lossy(&output.stderr));
+    let mut run = Run::default();
+    for line in text.lines() {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        match words[..] {
+            ["digest", stage, value] => {
+                run.digests.insert(stage.into(), u32::from_str_radix(value, 16).expect("a digest"));
+            }
+            ["stack", bytes] => run.stack = bytes.parse().expect("bytes"),
+            ["count", ..] => {
+                let at = words.iter().position(|w| w.parse::<u64>().is_ok()).expect("a count");
+                run.counts.insert(words[1..at].join(" "), words[at].parse().expect("a count"));
+            }
+            _ => {}
+        }
+    }
+    run
+}

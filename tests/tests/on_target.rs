@@ -1,0 +1,170 @@
+//! The firmware in QEMU: the same bits as the host on every machine, within the instructions that are written down.
+//!
+//! What is missing on this computer is said in one loud line; with `LACUNA_REQUIRE_TARGETS=1` it is a failure.
+//! `LACUNA_WRITE_COUNTS=1` writes the measured table into targets/README.md.
+
+use lacuna_fixtures::GOLDEN;
+use lacuna_host::verify::Case;
+use lacuna_tests::firmware::{MACHINES, Run, build, folder, missing, run};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::Mutex;
+
+/// Two tests must not build the same folder at a time.
+static BUILDING: Mutex<()> = Mutex::new(());
+
+fn assert_golden(machine: &str, name: &str, run: &Run) {
+    let golden = GOLDEN.iter().find(|golden| golden.name == name).expect("a golden case");
+    let expected = [
+        ("pose", golden.pose),
+        ("hull", golden.hull),
+        ("global", golden.global),
+        ("local", golden.local),
+        ("distances", golden.distances),
+    ];
+    for (stage, digest) in expected {
+        assert_eq!(
+            run.digests.get(stage),
+            Some(&digest),
+            "{name} on {machine}: first stage that differs is {stage}"
+        );
+    }
+}
+
+/// Columns of the table, in the order of the work.
+const WORK: [&str; 8] = [
+    "model",
+    "pose",
+    "hull",
+    "global",
+    "local curvature",
+    "local residuals",
+    "local gradient",
+    "local update",
+];
+
+/// Bytes of flash and static RAM, as `size` tells them.
+fn sizes(elf: &Path) -> Option<[u64; 2]> {
+    let output = Command::new("size").arg(elf).output().ok()?;
+    let text = String::from_utf8(output.stdout).ok()?;
+    let numbers: Vec<u64> =
+        text.lines().nth(1)?.split_whitespace().take(3).filter_map(|w| w.parse().ok()).collect();
+    let [text, data, bss] = numbers[..] else { return None };
+    Some([text + data, data + bss])
+}
+
+fn row(run: &Run, [flash, ram]: [u64; 2]) -> Vec<u64> {
+    let counts = WORK.map(|name| run.counts.get(name).copied().unwrap_or(0));
+    counts.into_iter().chain([counts.iter().sum(), flash, ram, run.stack]).collect()
+}
+
+fn table_path() -> PathBuf {
+    folder().join("README.md")
+}
+
+/// The rows of the table between its marks.
+fn written() -> BTreeMap<String, Vec<u64>> {
+    let text = std::fs::read_to_string(table_path()).expect("targets/README.md");
+    let rows =
+        text.lines().skip_while(|l| !l.contains("counts begin")).take_while(|l| !l.contains("counts end"));
+    let cells =
+        |line: &str| -> Vec<String> { line.trim_matches('|').split('|').map(|c| c.trim().into()).collect() };
+    rows.map(cells)
+        .filter_map(|cells| {
+            let numbers: Option<Vec<u64>> =
+                cells[1..].iter().map(|c| c.replace(' ', "").parse().ok()).collect();
+            Some((cells[0].clone(), numbers.filter(|n| !n.is_empty())?))
+        })
+        .collect()
+}
+
+fn write(rows: &BTreeMap<String, Vec<u64>>) {
+    let text = std::fs::read_to_string(table_path()).expect("targets/README.md");
+    let (head, rest) = text.split_once("<!-- counts begin -->").expect("the table's first mark");
+    let (_, tail) = rest.split_once("<!-- counts end -->").expect("the table's last mark");
+    let titles =
+        WORK.iter().copied().chain(["all", "flash", "static RAM", "stack"]).collect::<Vec<_>>().join(" | ");
+    let grouped = |n: &u64| {
+        let digits = n.to_string();
+        let groups = digits.as_bytes().rchunks(3).rev().map(|g| String::from_utf8_lossy(g).into_owned());
+        groups.collect::<Vec<_>>().join(" ")
+    };
+    let lines: Vec<String> = rows
+        .iter()
+        .map(|(machine, row)| {
+            format!("| {machine} | {} |\n", row.iter().map(grouped).collect::<Vec<_>>().join(" | "))
+        })
+        .collect();
+    let rule = "|---".repeat(WORK.len() + 5);
+    let table = format!("\n| machine | {titles} |\n{rule}|\n{}", lines.concat());
+    let text = format!("{head}<!-- counts begin -->{table}<!-- counts end -->{tail}");
+    std::fs::write(table_path(), text).expect("targets/README.md");
+}
+
+/// Two per cent more than what is written down is a failure; less than that, a reason to write it anew.
+#[test]
+fn every_machine_computes_the_golden_bits_in_the_instructions_written_down() {
+    let _one = BUILDING.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let known = written();
+    let mut measured = BTreeMap::new();
+    for (machine, triple) in MACHINES {
+        if missing(machine, triple).is_some() {
+            continue;
+        }
+        let elf = build(machine, triple, None);
+        assert_no_panic_path(machine, &elf);
+        let run = run(machine, &elf);
+        assert_golden(machine, "built-in", &run);
+        measured.insert(machine.to_string(), row(&run, sizes(&elf).unwrap_or_default()));
+    }
+    if std::env::var_os("LACUNA_WRITE_COUNTS").is_some() {
+        return write(&measured);
+    }
+    for (machine, row) in &measured {
+        let Some(known) = known.get(machine) else {
+            panic!("{machine} is not in the table of targets/README.md")
+        };
+        for ((name, found), known) in WORK.iter().copied().chain(["all"]).zip(row).zip(known) {
+            // Toolchains differ by a few instructions in small stages; the sum must hold.
+            let limit = if name == "all" { known + known / 50 } else { known + known / 5 + 1_000_000 };
+            assert!(
+                *found <= limit,
+                "{machine}: {name} takes {found} instructions, {known} are written down"
+            );
+        }
+    }
+}
+
+/// The link itself fails when a panic path is reachable; this looks for what else must not be there.
+fn assert_no_panic_path(machine: &str, elf: &Path) {
+    let Ok(output) = Command::new("nm").args(["-C", "--defined-only"]).arg(elf).output() else { return };
+    let symbols = String::from_utf8_lossy(&output.stdout).into_owned();
+    let bad: Vec<&str> = symbols
+        .lines()
+        .filter(|l| ["core::fmt", "panicking", "alloc::"].iter().any(|word| l.contains(word)))
+        .collect();
+    assert!(bad.is_empty(), "{machine} has {bad:?}");
+}
+
+/// The other fixtures have models of their own: two kinds of processor are built for each.
+#[test]
+fn fixtures_with_other_models_compute_the_golden_bits() {
+    let _one = BUILDING.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let machines: Vec<_> =
+        [MACHINES[1], MACHINES[3]].into_iter().filter(|(m, t)| missing(m, t).is_none()).collect();
+    if machines.is_empty() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let (model, cloud) = (folder.path().join("model.lacuna"), folder.path().join("scan.cloud"));
+    for class in lacuna_host::verify::CLASSES {
+        let case = Case::synthetic(&class).unwrap();
+        std::fs::write(&model, &case.model).unwrap();
+        std::fs::write(&cloud, case.points.packed().to_bytes(&case.pose, true)).unwrap();
+        for (machine, triple) in &machines {
+            let elf = build(machine, triple, Some((&model, &cloud)));
+            assert_golden(machine, class.name, &run(machine, &elf));
+        }
+    }
+}

@@ -1,0 +1,285 @@
+//! Both ends of the wire protocol over a bad line: the right bits arrive, the device never falls over, every
+//! refusal says why.
+
+use lacuna::error::OptionName;
+use lacuna::wire::Refusal;
+use lacuna::wire::distances::{Packer, unpack};
+use lacuna::wire::frame::{Event, Receiver};
+use lacuna::wire::message::{Begin, Hint, MAX_BATCH, MAX_DATA, Request, State, VERSION, Vector};
+use lacuna::{Error, Model, Pose};
+use lacuna_host::device::{self, Client, Link, Scan, Timing, refusal, run};
+use lacuna_host::fit::Digests;
+use lacuna_tests::line::{Faults, HostEnd};
+use lacuna_tests::model;
+use lacuna_tests::rubbish::Rubbish;
+use lacuna_tests::small::small;
+use proptest::prelude::*;
+use proptest::test_runner::Config;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::collections::BTreeSet;
+use std::time::Duration;
+
+const TIMING: Timing = Timing { reply: Duration::from_secs(60), pause: Duration::ZERO, attempts: 40 };
+
+/// Runs a scan under a number of its own and gives back its digests.
+fn completed(client: &mut Client<&HostEnd>, number: u32, batch: usize) -> Result<Digests, device::Error> {
+    let small = small();
+    let model = Model::from_bytes(&small.model).unwrap();
+    let begin = Begin { scan: number, ..small.scan.begin };
+    let scan = Scan { begin, batch, ..small.scan.clone() };
+    let results = run(client, &model, &scan, &mut |_| ())?;
+    Ok(results.into_fit(&model, &begin).unwrap().digests)
+}
+
+#[test]
+fn ten_thousand_frames_over_a_bad_line_with_three_resets_end_with_the_right_bits() {
+    let faults = Faults { damage: 0.01, loss: 0.01, repetition: 0.01, resets: vec![1500, 4100, 7300] };
+    let line = HostEnd::start(small().model.clone(), 10_000, faults, 1);
+    let mut client = Client::new(&line, TIMING);
+    client.hello().unwrap();
+    let mut scans = 0;
+    while line.frames() < 10_000 {
+        scans += 1;
+        assert_eq!(completed(&mut client, scans, 2).unwrap(), small().digests, "scan {scans}");
+    }
+    println!(
+        "{} frames, {scans} scans of {} points, {:?}",
+        line.frames(),
+        small().scan.points.len(),
+        client.statistics
+    );
+    assert_eq!(line.resets_left(), 0);
+    assert_eq!(client.statistics.sessions, 4);
+    assert!(client.statistics.repeated > 200);
+}
+
+#[test]
+fn a_host_that_comes_back_goes_on_where_the_device_is() {
+    let line = HostEnd::start(small().model.clone(), 10_000, Faults::default(), 1);
+    let begin = small().scan.begin;
+    let mut first = Client::new(&line, TIMING);
+    first.hello().unwrap();
+    first.status(&Request::Begin(begin)).unwrap();
+    let batch: Vec<u8> = small().scan.points[0].iter().flat_map(|v| v.to_le_bytes()).collect();
+    first.status(&Request::Points { first: 0, batch: &batch }).unwrap();
+    let mut second = Client::new(&line, TIMING);
+    second.hello().unwrap();
+    assert_eq!(second.status(&Request::Status).unwrap().received, 1);
+    let lost = first.status(&Request::Status);
+    assert!(matches!(lost, Err(device::Error::Refused(Refusal::WrongSession { .. }))), "{lost:?}");
+    assert_eq!(completed(&mut second, begin.scan, MAX_BATCH).unwrap(), small().digests);
+    let frames = line.frames();
+    assert_eq!(completed(&mut second, begin.scan, MAX_BATCH).unwrap(), small().digests);
+    assert!(line.frames() - frames < 60, "the results are there already");
+}
+
+proptest! {
+    #![proptest_config(Config { cases: 12, ..Config::default() })]
+
+    /// Whatever the line does, within what forty attempts can mend.
+    #[test]
+    fn any_bad_line_ends_with_the_right_bits(
+        seed: u64,
+        damage in 0.0..0.1,
+        loss in 0.0..0.1,
+        repetition in 0.0..0.1,
+        mut resets in prop::collection::vec(1u64..300, 0..3),
+        batch in 5usize..=MAX_BATCH,
+    ) {
+        resets.sort_unstable();
+        let line = HostEnd::start(small().model.clone(), 10_000, Faults { damage, loss, repetition, resets }, seed);
+        let mut client = Client::new(&line, TIMING);
+        client.hello().unwrap();
+        prop_assert_eq!(completed(&mut client, 1, batch).unwrap(), small().digests);
+    }
+}
+
+proptest! {
+    #[test]
+    fn distances_come_back_from_any_voxel(
+        seed: u64,
+        first in 0.0..1.0,
+        spread in 1i32..70_000,
+    ) {
+        let model = model();
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let means: Vec<i16> = model.bricks().flat_map(|b| (0..b.voxels()).map(move |v| b.mean(v)).collect::<Vec<_>>()).collect();
+        let near = |mean: i16, change: i32| (i32::from(mean) + change).clamp(-32768, 32767) as i16;
+        let distances: Vec<i16> = means.iter().map(|&m| near(m, rng.random_range(-spread..spread))).collect();
+        let first = (first * means.len() as f64) as usize;
+        let mut bytes = [0; MAX_DATA];
+        let mut packer = Packer::new(&mut bytes);
+        let sent = distances.iter().zip(&means).skip(first).take_while(|&(&d, &m)| packer.push(d, m)).count();
+        let mut back = vec![0; means.len()];
+        prop_assert_eq!(unpack(&model, first, packer.finish(), &mut back), Some(sent));
+        prop_assert_eq!(&back[first..first + sent], &distances[first..first + sent]);
+        prop_assert!(sent >= MAX_DATA / 3 || first + sent == means.len());
+    }
+
+    #[test]
+    fn any_bytes_from_a_device_are_survived(bytes: Vec<u8>, first in 0usize..40_000) {
+        let model = model();
+        let mut distances = vec![0; model.voxels()];
+        unpack(&model, first, &bytes, &mut distances);
+        let mut receiver = Receiver::new();
+        for byte in bytes {
+            if receiver.push(byte) == Event::Frame {
+                receiver.message::<Request<'_>>();
+            }
+        }
+    }
+}
+
+/// `LACUNA_WIRE_FRAMES` sets how many; a million take about a minute.
+#[test]
+fn rubbish_does_not_upset_the_device() {
+    let wanted =
+        std::env::var("LACUNA_WIRE_FRAMES").ok().and_then(|text| text.parse().ok()).unwrap_or(20_000);
+    let line = HostEnd::start(small().model.clone(), 10_000, Faults::default(), 1);
+    let mut rubbish = Rubbish::new(&small().scan, 5);
+    let (mut sent, mut answered, mut buffer) = (0u64, 0u64, vec![0; 1 << 16]);
+    while sent < wanted {
+        for frame in rubbish.some() {
+            (&line).send(&frame).unwrap();
+            sent += 1;
+            answered += u64::from((&line).receive(&mut buffer, Duration::ZERO).unwrap() > 0);
+        }
+    }
+    println!("{sent} frames of rubbish, {answered} answered");
+    assert!(line.is_alive() && answered > sent / 3);
+    let mut client = Client::new(&line, TIMING);
+    client.hello().unwrap();
+    assert_eq!(completed(&mut client, 4_000_000_000, MAX_BATCH).unwrap(), small().digests);
+}
+
+#[test]
+fn a_model_with_any_bit_flipped_is_refused_with_a_code() {
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    let model = &small().model;
+    let everywhere = (0..1500).map(|_| rng.random_range(0..model.len()));
+    let places: Vec<usize> = (0..300).chain(everywhere).collect();
+    let mut codes = BTreeSet::new();
+    for at in places {
+        let mut damaged = model.clone();
+        damaged[at] ^= 1 << (at % 8);
+        let error = Model::from_bytes(&damaged).expect_err("a damaged model was accepted");
+        codes.insert(postcard::to_slice(&error, &mut [0; 16]).unwrap()[0]);
+    }
+    assert!(codes.len() >= 4, "magic, version, length, checksum: {codes:?}");
+}
+
+#[test]
+fn a_device_with_a_damaged_model_says_so_and_refuses_all_else() {
+    let mut damaged = small().model.clone();
+    damaged[2000] ^= 4;
+    let line = HostEnd::start(damaged, 100, Faults::default(), 1);
+    let mut client = Client::new(&line, TIMING);
+    client.hello().unwrap();
+    assert_eq!(client.info().unwrap().model, Err(Error::Damaged));
+    for request in
+        [Request::Begin(small().scan.begin), Request::Fit, Request::Status, Request::Distances { first: 0 }]
+    {
+        let answer = client.ask(&request);
+        assert!(matches!(answer, Err(device::Error::Refused(Refusal::Core(Error::Damaged)))), "{answer:?}");
+    }
+}
+
+fn assert_refused(client: &mut Client<&HostEnd>, request: &Request<'_>, expected: Refusal) {
+    let answer = client.ask(request);
+    assert!(matches!(&answer, Err(device::Error::Refused(found)) if *found == expected), "{answer:?}");
+}
+
+#[test]
+fn each_wrong_request_is_refused_by_name() {
+    let line = HostEnd::start(small().model.clone(), 50, Faults::default(), 1);
+    let client = &mut Client::new(&line, TIMING);
+    let begin = Begin { points: 20, ..small().scan.begin };
+    assert_refused(client, &Request::Status, Refusal::WrongSession { current: 0 });
+    assert_refused(client, &Request::Hello { version: 9 }, Refusal::UnknownVersion { spoken: VERSION });
+    client.hello().unwrap();
+    let points = |first, batch| Request::Points { first, batch };
+    let without_scan = [
+        (Request::Fit, Refusal::NoScan),
+        (points(0, &[0; 12]), Refusal::NoScan),
+        (Request::Outcome, Refusal::NoResult),
+        (Request::DepthRows, Refusal::Unsupported),
+        (Request::Begin(Begin { points: 51, ..begin }), Refusal::TooManyPoints { limit: 50 }),
+        (Request::Begin(Begin { step: 0.0, ..begin }), Refusal::Core(Error::Option(OptionName::Step))),
+        (
+            Request::Begin(Begin { pose: Pose { scale: f32::NAN, ..begin.pose }, ..begin }),
+            Refusal::Core(Error::Pose),
+        ),
+    ];
+    for (request, refusal) in without_scan {
+        assert_refused(client, &request, refusal);
+    }
+    client.status(&Request::Begin(begin)).unwrap();
+    let with_scan = [
+        (points(1, &[0; 12]), Refusal::WrongPlace { received: 0 }),
+        (points(0, &[0; 13]), Refusal::BadRequest),
+        (points(0, &[0; 12 * 21]), Refusal::TooManyPoints { limit: 20 }),
+        (Request::Fit, Refusal::PointsMissing { received: 0, announced: 20 }),
+    ];
+    for (request, refusal) in with_scan {
+        assert_refused(client, &request, refusal);
+    }
+}
+
+#[test]
+fn after_the_fit_points_and_results_beyond_the_end_are_refused() {
+    let line = HostEnd::start(small().model.clone(), 10_000, Faults::default(), 1);
+    let client = &mut Client::new(&line, TIMING);
+    client.hello().unwrap();
+    completed(client, 1, MAX_BATCH).unwrap();
+    let voxels = Model::from_bytes(&small().model).unwrap().header().voxels;
+    assert_refused(client, &Request::Points { first: 0, batch: &[] }, Refusal::Busy);
+    let beyond = Request::Distances { first: voxels + 1 };
+    assert_refused(client, &beyond, Refusal::OutOfRange { limit: voxels });
+    let beyond = Request::Weights { of: Vector::Global, first: 100 };
+    assert_refused(client, &beyond, Refusal::OutOfRange { limit: 7 });
+    let idle = client.status(&Request::Cancel).unwrap();
+    assert_eq!((idle.state, idle.scan), (State::Idle, 0));
+}
+
+#[test]
+fn a_scan_that_misses_the_model_fails_with_the_reason_and_the_next_one_succeeds() {
+    let small = small();
+    let line = HostEnd::start(small.model.clone(), 10_000, Faults::default(), 1);
+    let mut client = Client::new(&line, TIMING);
+    client.hello().unwrap();
+    let far = Pose { translation: [9000.0; 3], ..small.scan.begin.pose };
+    let begin = Begin { scan: 7, pose: far, hint: Hint::Exact, ..small.scan.begin };
+    let scan = Scan { begin, ..small.scan.clone() };
+    let failed = run(&mut client, &Model::from_bytes(&small.model).unwrap(), &scan, &mut |_| ());
+    let expected = matches!(failed, Err(device::Error::Refused(Refusal::Core(Error::EmptyHull))));
+    assert!(expected, "{:?}", failed.err());
+    assert_eq!(completed(&mut client, 8, MAX_BATCH).unwrap(), small.digests);
+}
+
+/// All refusals, by their numbers on the line.
+fn refusals() -> Vec<Refusal> {
+    let numbered = |outer: u8| {
+        (0..64u8).flat_map(move |middle| (0..64u8).map(move |inner| [outer, middle, inner, 0, 0, 0, 0, 0]))
+    };
+    let all = (0..64u8).flat_map(numbered).filter_map(|bytes| postcard::from_bytes(&bytes).ok());
+    let mut refusals: Vec<Refusal> = all.collect();
+    refusals.dedup();
+    refusals
+}
+
+#[test]
+fn every_refusal_has_a_sentence_of_its_own() {
+    let name = |refusal: &Refusal| {
+        let text = format!("{refusal:?}");
+        text.split(|c: char| !c.is_alphanumeric() && c != '(').next().unwrap_or_default().to_owned()
+    };
+    let sentences: BTreeSet<(String, String)> = refusals().iter().map(|r| (name(r), refusal(r))).collect();
+    let kinds: BTreeSet<&String> = sentences.iter().map(|(kind, _)| kind).collect();
+    assert!(kinds.len() >= 27, "{kinds:?}");
+    let different: BTreeSet<&String> = sentences.iter().map(|(_, sentence)| sentence).collect();
+    for (kind, sentence) in &sentences {
+        assert!(sentence.len() > 20, "{kind}: {sentence}");
+    }
+    assert!(different.len() >= kinds.len());
+}
