@@ -5,6 +5,8 @@
 pub mod bvh;
 pub mod cli;
 pub mod complete;
+pub mod correspondence;
+pub mod evaluate;
 pub mod fit;
 pub mod io;
 pub mod mesh;

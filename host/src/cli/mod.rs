@@ -1,6 +1,7 @@
 //! The command line: one file a subcommand, all errors as sentences.
 
 mod complete;
+mod evaluate;
 mod inputs;
 mod inspect;
 mod register;
@@ -41,6 +42,8 @@ enum Command {
     Complete(complete::Complete),
     /// Train a shape model on meshes of one class
     Train(train::Train),
+    /// Compare local, global and correspondence models over the number of training shapes
+    Evaluate(evaluate::Evaluate),
     /// Show what a model holds and what memory its fit needs
     Inspect(inspect::Inspect),
     /// Find the pose of a scan in a model's frame
@@ -66,6 +69,7 @@ pub fn run() -> ExitCode {
     let result = match &cli.command {
         Command::Complete(args) => args.run(&cli.common),
         Command::Train(args) => args.run(&cli.common),
+        Command::Evaluate(args) => args.run(&cli.common),
         Command::Inspect(args) => args.run(&cli.common),
         Command::Register(args) => args.run(&cli.common),
         Command::Synth(args) => args.run(&cli.common),
