@@ -10,6 +10,7 @@ pub mod evaluate;
 pub mod fit;
 pub mod io;
 pub mod mesh;
+pub mod modes;
 pub mod normals;
 pub mod points;
 pub mod reference;
