@@ -142,20 +142,16 @@ mod tests {
     use crate::synth::Head;
     use nalgebra::{Translation3, UnitQuaternion, Vector3};
 
+    /// Bent copies of one head: their own tessellations would not correspond.
     fn heads(count: u64) -> Vec<Mesh> {
-        let mut heads: Vec<Mesh> = (0..count).map(|i| Head::sample(5, i).mesh()).collect();
-        // Only the first half of the vertices' worth of one tessellation: heads do not share theirs.
-        let (points, triangles) = (heads[0].points.clone(), heads[0].triangles.clone());
-        for (i, head) in heads.iter_mut().enumerate() {
-            head.triangles.clone_from(&triangles);
-            head.normals.clear();
-            let bend = |p: &Point| {
-                let a = 0.02 * i as f64;
-                Point::new(p.x * (1.0 + a), p.y + (i * i) as f64 * 0.01 * p.x, p.z - a * p.y)
-            };
-            head.points = points.iter().map(bend).collect();
-        }
-        heads
+        let head = Head::sample(5, 0).mesh();
+        let bent = |i: u64| {
+            let (a, b) = (0.02 * i as f64, 0.01 * (i * i) as f64);
+            let bend = |p: &Point| Point::new(p.x * (1.0 + a), p.y + b * p.x, p.z - a * p.y);
+            let points = head.points.iter().map(bend).collect();
+            Mesh { points, normals: Vec::new(), triangles: head.triangles.clone() }
+        };
+        (0..count).map(bent).collect()
     }
 
     fn largest(a: &Mesh, b: &Mesh) -> f64 {

@@ -233,11 +233,11 @@ impl Evaluate {
             return Ok(());
         }
         let unit = inputs::symbol(self.unit);
-        say(&format!("method                      model    rms {unit:23} p95 {unit}, median [quartiles]"));
+        say(&format!("method                        model    rms {unit:23} p95 {unit}, median [quartiles]"));
         for (name, summary) in &rows {
             for (model, row) in summary.counts.values().flatten() {
                 say(&format!(
-                    "{name:27} {:8} {:26} {}",
+                    "{name:29} {:8} {:26} {}",
                     model.to_string(),
                     spread(&row.rms),
                     spread(&row.p95)

@@ -74,9 +74,10 @@ impl Method {
             ("--solver fixed-point", Self { solver: Solver::FixedPoint, ..ours }),
             ("--radius 3", Self { radius: Some(3.0), ..ours }),
             ("--stride 1", Self { stride: Some(1), ..ours }),
-            ("--kernel 16.5", Self { kernel: Some(16.5), ..ours }),
             ("--smooth field", Self { smooth: Smooth::Field, ..ours }),
+            ("--smooth field --kernel 16.5", Self { smooth: Smooth::Field, kernel: Some(16.5), ..ours }),
             ("--method paper", Self::PAPER),
+            ("--method paper --kernel 16.5", Self { kernel: Some(16.5), ..Self::PAPER }),
             ("--method paper --radius 16", Self { radius: Some(16.0), ..Self::PAPER }),
         ]
     }
