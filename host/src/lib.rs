@@ -5,10 +5,13 @@
 pub mod bvh;
 pub mod cli;
 pub mod complete;
+pub mod correspondence;
 pub mod device;
+pub mod evaluate;
 pub mod fit;
 pub mod io;
 pub mod mesh;
+pub mod modes;
 pub mod normals;
 pub mod points;
 pub mod reference;

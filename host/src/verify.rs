@@ -10,12 +10,12 @@
 //! first stage that differs between builds.
 
 mod case;
-mod decode;
+pub(crate) mod decode;
 mod report;
 #[cfg(test)]
 mod tests;
 
-pub use case::{CLASSES, Case, Class};
+pub use case::{CLASSES, Case, Class, voxel_pose};
 pub use report::{Comparison, Report, Rungs, Stage};
 
 use crate::fit::{Digests, Fit, fit};
@@ -131,7 +131,7 @@ fn reference_results(
 }
 
 /// The reference's settings for a schedule of the core.
-fn settings(model: &Model<'_>, schedule: Schedule<'_>) -> Settings {
+pub(crate) fn settings(model: &Model<'_>, schedule: Schedule<'_>) -> Settings {
     let scales = &model.header().scales;
     let pass = |pass: &lacuna::Pass<'_>| Pass {
         radius: usize::from(pass.radius),

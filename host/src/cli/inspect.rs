@@ -2,7 +2,7 @@
 
 use super::{Common, Failure, inputs, say};
 use crate::sentence::sentence;
-use crate::unit;
+use crate::{io, modes, unit};
 use lacuna::{Fixed, Model, Schedule, Sizes, schedule};
 use std::path::PathBuf;
 
@@ -11,7 +11,16 @@ use std::path::PathBuf;
 pub struct Inspect {
     /// The shape model [default: the built-in one]
     model: Option<PathBuf>,
+    /// Draw the first modes from -3 to +3 standard deviations
+    #[arg(long, value_name = "PNG")]
+    modes: Option<PathBuf>,
+    /// How many modes to draw
+    #[arg(long, default_value_t = 4, value_name = "N", requires = "modes", value_parser = clap::value_parser!(u8).range(1..=127))]
+    first: u8,
 }
+
+/// Width and height of a drawn mode, pixels.
+const PANEL: [usize; 2] = [240, 280];
 
 #[derive(serde::Serialize)]
 struct Report<'a> {
@@ -47,6 +56,10 @@ impl Inspect {
         let bytes = inputs::model_bytes(self.model.as_deref())?;
         let model = inputs::model(&bytes, self.model.as_deref())?;
         let report = report(&model, bytes.len())?;
+        if let Some(path) = &self.modes {
+            let png = modes::draw(&model, usize::from(self.first), PANEL[0], PANEL[1]).png()?;
+            io::atomic::write(path, |file| file.write_all(&png))?;
+        }
         if common.json {
             say(&serde_json::to_string_pretty(&report)?);
         } else {

@@ -2,6 +2,7 @@
 
 mod complete;
 mod device;
+mod evaluate;
 mod inputs;
 mod inspect;
 mod register;
@@ -42,6 +43,8 @@ enum Command {
     Device(device::Device),
     /// Train a shape model on meshes of one class
     Train(train::Train),
+    /// Compare local, global and correspondence models over the number of training shapes
+    Evaluate(evaluate::Evaluate),
     /// Show what a model holds and what memory its fit needs
     Inspect(inspect::Inspect),
     /// Find the pose of a scan in a model's frame
@@ -68,6 +71,7 @@ pub fn run() -> ExitCode {
         Command::Complete(args) => args.run(&cli.common),
         Command::Device(args) => args.run(&cli.common),
         Command::Train(args) => args.run(&cli.common),
+        Command::Evaluate(args) => args.run(&cli.common),
         Command::Inspect(args) => args.run(&cli.common),
         Command::Register(args) => args.run(&cli.common),
         Command::Synth(args) => args.run(&cli.common),

@@ -46,12 +46,12 @@ pub struct Train {
     distances: crate::train::Distances,
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+pub(super) fn positive(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
     if value.is_finite() && value > 0.0 { Ok(value) } else { Err("must be positive".into()) }
 }
 
-fn align_mode(text: &str) -> Result<Align, String> {
+pub(super) fn align_mode(text: &str) -> Result<Align, String> {
     match text {
         "auto" => Ok(Align::Auto),
         "always" => Ok(Align::Always),
@@ -162,7 +162,7 @@ impl Train {
 }
 
 /// Files, and the meshes in folders, in the order of their names.
-fn expand(inputs: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
+pub(super) fn expand(inputs: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
     let mut paths = Vec::new();
     for input in inputs {
         if !input.is_dir() {

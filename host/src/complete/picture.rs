@@ -54,7 +54,7 @@ fn in_model(mesh: &Mesh, placed: &Placed) -> Mesh {
 }
 
 /// Where the surface faces on the whole; z for a closed one.
-fn front(mesh: &Mesh) -> Vector {
+pub(crate) fn front(mesh: &Mesh) -> Vector {
     let (mut sum, mut total) = (Vector::zeros(), 0.0);
     for t in 0..mesh.triangles.len() {
         let [a, b, c] = mesh.corners(t);

@@ -148,6 +148,17 @@ pub fn register(model: &Model<'_>, scan: &Mesh, seed: u64) -> Result<Registratio
     Ok(Registration { placed, inliers: best.inliers, runner_up })
 }
 
+/// Refines a pose that is known roughly.
+///
+/// # Errors
+/// Too little surface, or a pose that is none.
+pub fn refine_hint(model: &Model<'_>, scan: &Mesh, hint: &Placed) -> Result<Registration, Error> {
+    let (centre, points) = prepare(scan, f64::from(model.header().spacing));
+    let pose = Pose { translation: hint.to_model(&centre).coords.map(|c| c as f32).into(), ..hint.pose };
+    let Scored { pose, inliers, .. } = refine(model, &subsample(&points, POINTS[1]), pose, &ROUNDS)?;
+    Ok(Registration { placed: Placed { centre, pose }, inliers, runner_up: 0.0 })
+}
+
 /// Whether two poses differ by more than ten degrees.
 fn apart(a: &Pose, b: &Pose) -> bool {
     let trace: f32 =

@@ -52,8 +52,9 @@ pub enum Error {
     },
 }
 
-/// Median distance and overlap, share of the size, within which shapes count as in one pose.
-const SAME_POSE: (f64, f64) = (0.05, 0.6);
+/// Median distance, share of the size, and overlap within which shapes count as in one pose. Among 90 aligned
+/// faces the largest differs from the first by 0.051 with an overlap of 0.86.
+const SAME_POSE: (f64, f64) = (0.06, 0.6);
 /// Candidates of the coarse search that ICP refines.
 const TRIED: usize = 8;
 

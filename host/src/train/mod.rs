@@ -5,6 +5,7 @@ pub mod distance;
 pub mod line_of_sight;
 pub mod model_file;
 pub mod pca;
+pub mod prepared;
 pub mod propagate;
 pub mod volume;
 
@@ -12,6 +13,7 @@ use crate::mesh::{Mesh, Point, Vector};
 use distance::Surface;
 use lacuna::format::{Header, Scales, Unit};
 use model_file::Draft;
+use prepared::Prepared;
 use rayon::prelude::*;
 use volume::{Lattice, Volume};
 
@@ -128,37 +130,8 @@ pub fn train(
     settings: &Settings,
     progress: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<Vec<u8>, Error> {
-    if shapes.len() < 2 {
-        return Err(Error::TooFew(shapes.len()));
-    }
-    let plan = Plan::new(shapes, settings)?;
-    let places = plan.candidates();
-    let total = shapes.len() as u64;
-    let done = std::sync::atomic::AtomicU64::new(0);
-    let volumes: Vec<Volume> = plan
-        .surfaces
-        .par_iter()
-        .zip(shapes)
-        .map(|(surface, shape)| {
-            let volume = plan.measure(surface, shape, &plan.lattice, &places);
-            progress(done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1, total);
-            volume
-        })
-        .collect();
-    let band = plan.band(&volumes, settings);
-    if band.is_empty() {
-        return Err(Error::NoBand);
-    }
-    let columns: Vec<Vec<f32>> = volumes
-        .iter()
-        .map(|v| band.iter().map(|&i| v.distances[i] / plan.lattice.spacing as f32).collect())
-        .collect();
-    let pca = pca::pca(&columns, settings.modes.min(127));
-    if pca.modes.is_empty() {
-        return Err(Error::NoVariation);
-    }
-    let voxels: Vec<u32> = band.iter().map(|&i| places[i]).collect();
-    plan.encode(settings, &voxels, pca, shapes.len())
+    let all: Vec<usize> = (0..shapes.len()).collect();
+    Prepared::new(shapes, settings, 0.0, progress)?.model(&all)
 }
 
 /// The grid and what is known of the shapes on it coarsely.
@@ -208,28 +181,31 @@ impl Plan {
             return Err(Error::TooFine { spacing, sides });
         }
         let lattice = Lattice { origin: low - Vector::repeat(margin), spacing, sides };
-        let coarse = coarse(&surfaces, &lattice.coarse(brick / FAR_PER_BRICK));
+        let all: Vec<&Surface> = surfaces.iter().collect();
+        let coarse = coarse(&all, &lattice.coarse(brick / FAR_PER_BRICK));
         let border_share = settings.border_share;
         let distances = settings.distances;
         Ok(Self { surfaces, lattice, millimetre, brick, stride, coarse, band, border_share, distances })
     }
 
-    /// Voxels that may lie in the band, judged by the mean distance at the nodes around them.
-    fn candidates(&self) -> Vec<u32> {
+    /// Voxels that may lie in the band, judged by the mean distance at the nodes around them; `margin` standard
+    /// deviations more than the band of all shapes needs, for the bands of some of them.
+    fn candidates(&self, margin: f64) -> Vec<u32> {
         let far = self.brick / FAR_PER_BRICK;
         let nodes = self.lattice.coarse(far);
         let slack = nodes.spacing * 3f64.sqrt();
+        let band = Band { spread: self.band.spread + margin, ..self.band };
         let near = |voxel: [usize; 3]| {
-            self.band.holds(&self.coarse[nodes.index(voxel.map(|v| (v + far / 2) / far))], slack)
+            band.holds(&self.coarse[nodes.index(voxel.map(|v| (v + far / 2) / far))], slack)
         };
         (0..self.lattice.len()).filter(|&i| near(self.lattice.voxel(i))).map(|i| i as u32).collect()
     }
 
     /// Candidates (by number) inside the band and on the support.
-    fn band(&self, volumes: &[Volume], settings: &Settings) -> Vec<usize> {
+    fn band(&self, volumes: &[&Volume]) -> Vec<usize> {
         let stored = |&i: &usize| {
             let moments = Moments::of(volumes, i);
-            self.band.holds(&moments, 0.0) && moments.border <= settings.border_share
+            self.band.holds(&moments, 0.0) && moments.border <= self.border_share
         };
         let candidates = volumes.first().map_or(0, |v| v.distances.len());
         (0..candidates).into_par_iter().filter(stored).collect()
@@ -240,7 +216,7 @@ impl Plan {
         settings: &Settings,
         voxels: &[u32],
         pca: pca::Pca,
-        shapes: usize,
+        surfaces: &[&Surface],
     ) -> Result<Vec<u8>, Error> {
         let crop = self.crop(voxels);
         let h = self.lattice.spacing;
@@ -248,7 +224,7 @@ impl Plan {
         let far = self.brick / FAR_PER_BRICK;
         let nodes = crop.lattice.coarse(far);
         // The crop is not a multiple of the far stride away: sample the far field on its own nodes.
-        let far_values = coarse(&self.surfaces, &nodes)
+        let far_values = coarse(surfaces, &nodes)
             .into_iter()
             .map(|at| (at.border <= self.border_share).then_some((at.mean / h) as f32))
             .collect();
@@ -264,7 +240,7 @@ impl Plan {
         let header = Header {
             class: &settings.class,
             made: &made,
-            shapes: shapes as u32,
+            shapes: surfaces.len() as u32,
             unit: settings.unit,
             spacing: h as f32,
             origin: crop.lattice.origin.coords.map(|c| c as f32).into(),
@@ -358,7 +334,7 @@ struct Moments {
 }
 
 impl Moments {
-    fn of(volumes: &[Volume], i: usize) -> Self {
+    fn of(volumes: &[&Volume], i: usize) -> Self {
         let m = volumes.len() as f64;
         let values = || volumes.iter().map(|v| f64::from(v.distances[i]));
         let mean = values().sum::<f64>() / m;
@@ -369,9 +345,10 @@ impl Moments {
 }
 
 /// The shapes' distances at every point of a lattice.
-fn coarse(surfaces: &[Surface], nodes: &Lattice) -> Vec<Moments> {
+fn coarse(surfaces: &[&Surface], nodes: &Lattice) -> Vec<Moments> {
     let places: Vec<u32> = (0..nodes.len() as u32).collect();
     let volumes: Vec<Volume> = surfaces.par_iter().map(|s| volume::sample(s, nodes, &places)).collect();
+    let volumes: Vec<&Volume> = volumes.iter().collect();
     (0..nodes.len()).map(|i| Moments::of(&volumes, i)).collect()
 }
 

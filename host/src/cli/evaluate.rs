@@ -1,0 +1,266 @@
+//! `lacuna evaluate`.
+
+use super::train::{align_mode, expand, positive};
+use super::{Common, Failure, bar, say};
+use crate::evaluate::{
+    Evaluation, Method, PoseMode, Record, Settings, Smooth, Solver, Spread, State, Summary, Target, figure,
+};
+use crate::io;
+use crate::mesh::Mesh;
+use crate::train;
+use crate::train::align::{Align, align};
+use crate::unit;
+use lacuna::format::Unit;
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+
+/// Compare local, global and correspondence models on complete shapes, over the number of training shapes.
+///
+/// Results are kept in the output folder as they come: the same command goes on where it was stopped.
+#[derive(clap::Args)]
+pub struct Evaluate {
+    /// Training meshes, or folders of them: PLY, OBJ, STL
+    #[arg(long, required = true, num_args = 1.., value_name = "MESH")]
+    train: Vec<PathBuf>,
+    /// Complete meshes to approximate, or folders of them
+    #[arg(long, required = true, num_args = 1.., value_name = "MESH")]
+    targets: Vec<PathBuf>,
+    /// Numbers of training shapes
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "10,30,50,70,90",
+        value_parser = clap::value_parser!(u16).range(2..)
+    )]
+    counts: Vec<u16>,
+    /// Random draws of the training shapes for each number
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    draws: u16,
+    /// Seed of the draws
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Where results, table and figure go
+    #[arg(short, long, default_value = "evaluation", value_name = "DIR")]
+    output: PathBuf,
+    /// Voxel edge in the meshes' unit [default: 60 to 90 voxels along the longest side]
+    #[arg(long, value_parser = positive)]
+    spacing: Option<f64>,
+    /// Unit of the meshes: mm, m, in, um
+    #[arg(long, default_value = "mm", value_parser = unit::parse)]
+    unit: Unit,
+    /// Whether to align the training shapes first: auto, always, never
+    #[arg(long, default_value = "auto", value_parser = align_mode)]
+    align: Align,
+    /// Pose of the targets: joint (refined with the shape), identity (kept), search (anywhere)
+    #[arg(long, default_value = "joint", value_parser = pose_mode)]
+    pose: PoseMode,
+    /// lacuna, or the paper's own scheme; the options below change single steps of it
+    #[arg(long, default_value = "lacuna", value_parser = method)]
+    method: Method,
+    /// The global fit: direct, or fixed-point (eqs. 11-13)
+    #[arg(long, value_parser = solver)]
+    solver: Option<Solver>,
+    /// What the local fit smooths: update, or field (eq. 14 as printed)
+    #[arg(long, value_parser = smooth)]
+    smooth: Option<Smooth>,
+    /// Radius of the hyper-ellipse of eq. 3, standard deviations
+    #[arg(long, value_parser = positive)]
+    radius: Option<f64>,
+    /// Voxels between the nodes of the weight field
+    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=4))]
+    stride: Option<u8>,
+    /// Side of the last smoothing kernel, class millimetres (the paper: 2.5 or 16.5)
+    #[arg(long, value_parser = positive)]
+    kernel: Option<f64>,
+    /// Instead of figure 2: every single departure from the paper, at the first of the counts
+    #[arg(long, conflicts_with_all = ["method", "solver", "smooth", "radius", "stride", "kernel"])]
+    ablation: bool,
+    /// Also write every new approximation as PLY, into the folder `surfaces` of the output
+    #[arg(long)]
+    surfaces: bool,
+}
+
+fn pose_mode(text: &str) -> Result<PoseMode, String> {
+    match text {
+        "joint" => Ok(PoseMode::Joint),
+        "identity" => Ok(PoseMode::Identity),
+        "search" => Ok(PoseMode::Search),
+        _ => Err("use joint, identity or search".into()),
+    }
+}
+
+fn method(text: &str) -> Result<Method, String> {
+    match text {
+        "lacuna" => Ok(Method::default()),
+        "paper" => Ok(Method::PAPER),
+        _ => Err("use lacuna or paper".into()),
+    }
+}
+
+fn solver(text: &str) -> Result<Solver, String> {
+    match text {
+        "direct" => Ok(Solver::Direct),
+        "fixed-point" => Ok(Solver::FixedPoint),
+        _ => Err("use direct or fixed-point".into()),
+    }
+}
+
+fn smooth(text: &str) -> Result<Smooth, String> {
+    match text {
+        "update" => Ok(Smooth::Update),
+        "field" => Ok(Smooth::Field),
+        _ => Err("use update or field".into()),
+    }
+}
+
+impl Evaluate {
+    /// Runs the subcommand.
+    pub fn run(&self, common: &Common) -> Result<(), Failure> {
+        let mut evaluation = Evaluation::new(self.shapes()?, self.target_meshes()?);
+        if self.ablation {
+            return self.ablate(&mut evaluation, common);
+        }
+        let records = self.results(&mut evaluation, &self.settings(self.chosen()?), "evaluating")?;
+        io::atomic::write(&self.output.join("results.csv"), |file| file.write_all(csv(&records).as_bytes()))?;
+        let drawing = figure(&records, unit::symbol(self.unit))?;
+        io::atomic::write(&self.output.join("figure2.svg"), |file| file.write_all(drawing.as_bytes()))?;
+        let summary = Summary::of(&records.iter().collect::<Vec<_>>());
+        if common.json {
+            say(&serde_json::to_string_pretty(&summary)?);
+        } else {
+            self.tell(&summary);
+        }
+        Ok(())
+    }
+
+    fn shapes(&self) -> Result<Vec<Mesh>, Failure> {
+        let paths = expand(&self.train)?;
+        let shapes: Vec<Mesh> = paths.par_iter().map(|path| io::read(path)).collect::<Result<_, _>>()?;
+        let progress = bar(shapes.len() as u64, "aligning");
+        let aligned = align(&shapes, self.align, 1, &|done, _| progress.set_position(done))?;
+        progress.finish_and_clear();
+        Ok(aligned.shapes)
+    }
+
+    fn target_meshes(&self) -> Result<Vec<Target>, Failure> {
+        let paths = expand(&self.targets)?;
+        let name = |path: &Path| path.file_stem().map_or("?".into(), |n| n.to_string_lossy().into_owned());
+        let target = |path: &PathBuf| Ok(Target::new(&name(path), io::read(path)?)?);
+        paths.par_iter().map(target).collect()
+    }
+
+    /// The method with its single switches.
+    fn chosen(&self) -> Result<Method, Failure> {
+        let base = self.method;
+        let smooth = self.smooth.unwrap_or(base.smooth);
+        let stride = self.stride.or(base.stride.filter(|_| smooth == base.smooth));
+        if smooth == Smooth::Field && stride.is_some_and(|q| q != 1) {
+            return Err("a smoothed field has a weight vector at every voxel: use --stride 1".into());
+        }
+        Ok(Method {
+            solver: self.solver.unwrap_or(base.solver),
+            smooth,
+            radius: self.radius.or(base.radius),
+            stride,
+            kernel: self.kernel.or(base.kernel),
+        })
+    }
+
+    fn settings(&self, method: Method) -> Settings {
+        Settings {
+            counts: self.counts.iter().map(|&count| usize::from(count)).collect(),
+            draws: usize::from(self.draws),
+            seed: self.seed,
+            pose: self.pose,
+            method,
+            baselines: true,
+            surfaces: self.surfaces.then(|| self.output.join("surfaces")),
+            train: train::Settings { spacing: self.spacing, unit: self.unit, ..train::Settings::default() },
+        }
+    }
+
+    fn results(
+        &self,
+        evaluation: &mut Evaluation,
+        settings: &Settings,
+        what: &str,
+    ) -> Result<Vec<Record>, Failure> {
+        let state = State::open(&self.output, evaluation.key(settings))?;
+        if let Some(folder) = &settings.surfaces {
+            std::fs::create_dir_all(folder)
+                .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;
+        }
+        let progress = bar(0, what);
+        let records = evaluation.run(settings, state, &|done, total| {
+            progress.set_length(total);
+            progress.set_position(done);
+        })?;
+        progress.finish_and_clear();
+        Ok(records)
+    }
+
+    fn tell(&self, summary: &Summary) {
+        say(&format!(
+            "shapes  model            rms {0:23} p95 {0}, median [quartiles]",
+            unit::symbol(self.unit)
+        ));
+        for (count, models) in &summary.counts {
+            for (model, row) in models {
+                say(&format!(
+                    "{count:6}  {:16} {:26} {}",
+                    model.to_string(),
+                    spread(&row.rms),
+                    spread(&row.p95)
+                ));
+            }
+        }
+        say(&format!("figure  {}", self.output.join("figure2.svg").display()));
+    }
+
+    fn ablate(&self, evaluation: &mut Evaluation, common: &Common) -> Result<(), Failure> {
+        let mut rows = Vec::new();
+        for (name, method) in Method::ablation() {
+            let mut settings = Settings { baselines: false, ..self.settings(method) };
+            settings.counts.truncate(1);
+            let records = self.results(evaluation, &settings, name)?;
+            rows.push((name, Summary::of(&records.iter().collect::<Vec<_>>())));
+        }
+        if common.json {
+            let rows: Vec<_> = rows
+                .iter()
+                .map(|(name, summary)| serde_json::json!({ "method": name, "counts": summary.counts }))
+                .collect();
+            say(&serde_json::to_string_pretty(&serde_json::json!({ "ablation": rows }))?);
+            return Ok(());
+        }
+        let unit = unit::symbol(self.unit);
+        say(&format!("method                        model    rms {unit:23} p95 {unit}, median [quartiles]"));
+        for (name, summary) in &rows {
+            for (model, row) in summary.counts.values().flatten() {
+                say(&format!(
+                    "{name:29} {:8} {:26} {}",
+                    model.to_string(),
+                    spread(&row.rms),
+                    spread(&row.p95)
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn spread(of: &Spread) -> String {
+    format!("{:.3} [{:.3} {:.3}]", of.median, of.q1, of.q3)
+}
+
+/// Every single result.
+fn csv(records: &[Record]) -> String {
+    let mut lines: Vec<String> = Vec::new();
+    for r in records {
+        for (model, score) in &r.scores {
+            lines.push(format!("{},{},{},{model},{},{}", r.count, r.draw, r.target, score.rms, score.p95));
+        }
+    }
+    lines.sort();
+    format!("shapes,draw,target,model,rms,p95\n{}\n", lines.join("\n"))
+}

@@ -1,0 +1,256 @@
+//! Figure 2 of the paper: how well each model approximates complete shapes, by the number of training shapes.
+//!
+//! For every number of training shapes some draws are made; every draw trains the correspondence model (where the
+//! meshes share their connectivity) and the volumetric model, and every target is approximated by each of them.
+//! Distances of the training shapes are measured once.
+
+mod approximate;
+mod digest;
+mod draw;
+mod method;
+mod plot;
+mod score;
+mod state;
+mod summary;
+mod whole;
+
+pub use approximate::{Approximation, PoseMode, Target};
+pub use draw::{draw, draws};
+pub use method::{Fields, Method, Smooth, Solver, fit};
+pub use plot::figure;
+pub use score::{Score, quantile, score};
+pub use state::State;
+pub use summary::{Row, Spread, Summary};
+
+use crate::io;
+use crate::mesh::Mesh;
+use crate::train::prepared::Prepared;
+use crate::{correspondence::Correspondence, train};
+use approximate::Models;
+use digest::{digest, digest_of};
+use lacuna::Model;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Mutex;
+use whole::Whole;
+
+/// What each model reached on one target.
+pub type Scores = BTreeMap<Approximation, Score>;
+
+/// One result: a draw and a target.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// Training shapes.
+    pub count: usize,
+    /// Number of the draw.
+    pub draw: usize,
+    /// Name of the target.
+    pub target: String,
+    /// Digest of its vertices.
+    pub digest: u32,
+    /// Distances from the approximations to the target.
+    pub scores: Scores,
+}
+
+/// What is evaluated.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Numbers of training shapes.
+    pub counts: Vec<usize>,
+    /// Draws for each of them.
+    pub draws: usize,
+    /// Seed of the draws.
+    pub seed: u64,
+    /// How targets come to the model.
+    pub pose: PoseMode,
+    /// How shapes are fitted.
+    pub method: Method,
+    /// Also the models the local one is compared with: eq. (9), correspondences, the grid's floor.
+    pub baselines: bool,
+    /// Where the surfaces go, if anywhere.
+    pub surfaces: Option<PathBuf>,
+    /// How models are trained.
+    pub train: train::Settings,
+}
+
+/// Why an evaluation stops.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// More shapes asked for than there are.
+    #[error("{asked} training shapes were asked for and {given} are there: lower --counts")]
+    TooMany {
+        /// The largest count.
+        asked: usize,
+        /// Training shapes.
+        given: usize,
+    },
+    /// A target without a surface.
+    #[error("target {0} has no triangles with an area: targets are complete meshes")]
+    NoSurface(String),
+    /// Training.
+    #[error(transparent)]
+    Train(#[from] train::Error),
+    /// A model the core refuses.
+    #[error("the trained model is refused: {0:?}")]
+    Model(lacuna::Error),
+    /// A target that cannot be registered.
+    #[error("target {0}: {1}")]
+    Register(String, crate::register::Error),
+    /// A target that cannot be fitted.
+    #[error("target {0}: the fit was refused: {1:?}")]
+    Fit(String, lacuna::Error),
+    /// Nothing to score.
+    #[error(
+        "target {0}: the {1} approximation has no surface near the target: is it of the same class and pose?"
+    )]
+    NoResult(String, Approximation),
+    /// A file.
+    #[error(transparent)]
+    File(#[from] io::Error),
+}
+
+/// Training shapes, in one pose, and targets.
+pub struct Evaluation {
+    shapes: Vec<Mesh>,
+    targets: Vec<Target>,
+    /// Measured shapes by the stride the models are made with.
+    prepared: BTreeMap<Option<u8>, Prepared>,
+}
+
+/// A draw and the targets it has not been applied to.
+struct Job {
+    count: usize,
+    draw: usize,
+    targets: Vec<usize>,
+}
+
+impl Evaluation {
+    /// Shapes and targets in one frame, roughly.
+    pub fn new(shapes: Vec<Mesh>, targets: Vec<Target>) -> Self {
+        Self { shapes, targets, prepared: BTreeMap::new() }
+    }
+
+    /// A digest of the shapes and of all settings a result depends on.
+    pub fn key(&self, settings: &Settings) -> u32 {
+        let t = &settings.train;
+        let chosen = serde_json::json!([
+            env!("CARGO_PKG_VERSION"),
+            settings.seed,
+            settings.pose,
+            settings.method,
+            settings.baselines,
+            [t.spacing, Some(t.spread), Some(t.border_share), Some(t.band[0]), Some(t.band[1])],
+            t.modes,
+            t.distances == train::Distances::Exact,
+        ]);
+        let shapes = self.shapes.iter().map(|shape| digest_of(shape).to_le_bytes().to_vec());
+        digest(std::iter::once(chosen.to_string().into_bytes()).chain(shapes))
+    }
+
+    /// Does what is not in `state` yet, adds it there, and returns all results for the settings.
+    /// `progress` hears of steps done and steps in all.
+    ///
+    /// # Errors
+    /// See [`Error`].
+    pub fn run(
+        &mut self,
+        settings: &Settings,
+        state: State,
+        progress: &(dyn Fn(u64, u64) + Sync),
+    ) -> Result<Vec<Record>, Error> {
+        let asked = settings.counts.iter().copied().max().unwrap_or(0);
+        if asked > self.shapes.len() {
+            return Err(Error::TooMany { asked, given: self.shapes.len() });
+        }
+        let jobs = self.jobs(settings, &state);
+        let results: usize = jobs.iter().map(|job| job.targets.len()).sum();
+        let state = Mutex::new((state, 0));
+        if results > 0 {
+            let total = (self.shapes.len() + results) as u64;
+            self.prepare(settings, &|done, _| progress(done, total))?;
+            let measured = self.shapes.len() as u64;
+            for job in &jobs {
+                self.work(settings, job, &state, &|done| progress(measured + done, total))?;
+            }
+        }
+        let (state, _) = state.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let wanted = |r: &&Record| self.wants(settings, r);
+        Ok(state.records().iter().filter(wanted).cloned().collect())
+    }
+
+    fn wants(&self, settings: &Settings, record: &Record) -> bool {
+        settings.counts.contains(&record.count)
+            && record.draw < draws(self.shapes.len(), record.count, settings.draws)
+            && self.targets.iter().any(|t| t.name == record.target && t.digest == record.digest)
+    }
+
+    fn jobs(&self, settings: &Settings, state: &State) -> Vec<Job> {
+        let mut jobs = Vec::new();
+        for &count in &settings.counts {
+            for draw in 0..draws(self.shapes.len(), count, settings.draws) {
+                let missing = |&t: &usize| {
+                    let target = &self.targets[t];
+                    !state.holds(count, draw, &target.name, target.digest)
+                };
+                let targets = (0..self.targets.len()).filter(missing).collect();
+                jobs.push(Job { count, draw, targets });
+            }
+        }
+        jobs.retain(|job| !job.targets.is_empty());
+        jobs
+    }
+
+    /// Measures the shapes for models of the method's stride, once.
+    fn prepare(&mut self, settings: &Settings, progress: &(dyn Fn(u64, u64) + Sync)) -> Result<(), Error> {
+        let stride = settings.method.model_stride();
+        if !self.prepared.contains_key(&stride) {
+            let settings = train::Settings { stride, ..settings.train.clone() };
+            let prepared = Prepared::new(&self.shapes, &settings, MARGIN, progress)?;
+            self.prepared.insert(stride, prepared);
+        }
+        Ok(())
+    }
+
+    fn work(
+        &self,
+        settings: &Settings,
+        job: &Job,
+        state: &Mutex<(State, u64)>,
+        progress: &(dyn Fn(u64) + Sync),
+    ) -> Result<(), Error> {
+        let prepared = &self.prepared[&settings.method.model_stride()];
+        let members = draw(self.shapes.len(), job.count, job.draw, settings.seed);
+        let bytes = prepared.model(&members)?;
+        let model = Model::from_bytes(&bytes).map_err(Error::Model)?;
+        let shapes: Vec<&Mesh> = members.iter().map(|&m| &self.shapes[m]).collect();
+        let models = Models {
+            prepared,
+            whole: settings.baselines.then(|| Whole::train(prepared, &members, &model)),
+            correspondence: if settings.baselines { Correspondence::train(&shapes).ok() } else { None },
+            model: &model,
+        };
+        let name = format!("{}-{}", job.count, job.draw);
+        job.targets.par_iter().try_for_each(|&t| {
+            let target = &self.targets[t];
+            let surfaces = settings.surfaces.as_ref().map(|folder| (folder.as_path(), name.as_str()));
+            let scores = models.scores(target, settings, surfaces)?;
+            let record = Record {
+                count: job.count,
+                draw: job.draw,
+                target: target.name.clone(),
+                digest: target.digest,
+                scores,
+            };
+            let mut state = state.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            state.0.add(record)?;
+            state.1 += 1;
+            progress(state.1);
+            Ok(())
+        })
+    }
+}
+
+/// Standard deviations by which bands of some shapes may lie outside that of all.
+const MARGIN: f64 = 3.0;

@@ -1,0 +1,143 @@
+//! Figure 2 on small synthetic classes: what comes out, that a stopped run goes on, what is refused.
+
+use lacuna_host::io::{PlyOut, write_ply};
+use lacuna_host::synth::Head;
+use lacuna_tests::program::{files, json, lacuna, refuses, succeeds};
+use serde_json::Value;
+use std::path::Path;
+use tempfile::{TempDir, tempdir};
+
+/// Folders `train` with six heads and `targets` with two others.
+fn heads() -> TempDir {
+    let folder = tempdir().unwrap();
+    for (number, place) in (0..8).map(|i| (i, if i < 6 { "train" } else { "targets" })) {
+        save(folder.path(), place, number, &Head::sample(3, number).mesh());
+    }
+    folder
+}
+
+/// Folders with bent copies of one head, which share its connectivity.
+fn bent() -> TempDir {
+    let folder = tempdir().unwrap();
+    for i in 0..6 {
+        let (a, b) = (0.03 * i as f64, 0.02 * ((i * i) % 5) as f64);
+        let bend = |p: lacuna_host::mesh::Point| [p.x * (1.0 + a), p.y + b * p.x, p.z - a * p.y].into();
+        let mut mesh = Head::sample(3, 0).mesh();
+        mesh.normals.clear();
+        mesh.points.iter_mut().for_each(|p| *p = bend(*p));
+        save(folder.path(), if i < 4 { "train" } else { "targets" }, i, &mesh);
+    }
+    folder
+}
+
+fn save(folder: &Path, place: &str, number: u64, mesh: &lacuna_host::mesh::Mesh) {
+    let folder = folder.join(place);
+    std::fs::create_dir_all(&folder).unwrap();
+    write_ply(&folder.join(format!("shape_{number}.ply")), &PlyOut::new(mesh)).unwrap();
+}
+
+const COMMON: [&str; 9] =
+    ["evaluate", "--train", "train", "--targets", "targets", "--spacing", "8", "--align", "never"];
+
+fn with<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    COMMON.iter().chain(more).copied().collect()
+}
+
+fn median(result: &Value, count: &str, model: &str) -> f64 {
+    result["counts"][count][model]["rms"]["median"]
+        .as_f64()
+        .unwrap_or_else(|| panic!("{count} {model}: {result}"))
+}
+
+/// The file with the results so far.
+fn state(folder: &Path) -> std::path::PathBuf {
+    let name = files(&folder.join("evaluation")).into_iter().find(|name| name.ends_with(".jsonl")).unwrap();
+    folder.join("evaluation").join(name)
+}
+
+#[test]
+fn the_local_model_is_nearest_and_more_shapes_help() {
+    let folder = heads();
+    let result = json(folder.path(), &with(&["--counts", "3,6", "--draws", "2", "--json"]));
+    for count in ["3", "6"] {
+        let [local, global, eq9, floor] =
+            ["local", "global", "eq9", "floor"].map(|model| median(&result, count, model));
+        assert!(floor < local && local < 0.5 * global && local < 0.5 * eq9, "{count}: {result}");
+        let row = &result["counts"][count]["local"];
+        assert!(row["rms"]["q1"].as_f64() <= row["rms"]["q3"].as_f64() && row["p95"]["median"].is_f64());
+        assert!(result["counts"][count].get("correspondence").is_none(), "heads have triangles of their own");
+    }
+    assert!(median(&result, "6", "local") < median(&result, "3", "local"));
+    let made = files(&folder.path().join("evaluation"));
+    assert!(made.contains(&"figure2.svg".into()) && made.contains(&"results.csv".into()), "{made:?}");
+    let table = std::fs::read_to_string(folder.path().join("evaluation/results.csv")).unwrap();
+    // Two draws of three shapes and the only one of six, two targets, four models, and the head line.
+    assert_eq!(table.lines().count(), 3 * 2 * 4 + 1);
+}
+
+#[test]
+fn a_stopped_run_goes_on_where_it_was() {
+    let folder = heads();
+    let arguments = with(&["--counts", "3", "--draws", "2", "--json"]);
+    let whole = succeeds(folder.path(), &arguments);
+    let state = state(folder.path());
+    let text = std::fs::read_to_string(&state).unwrap();
+    assert_eq!(text.lines().count(), 4);
+    // Stopped in the middle of the third line.
+    let kept: usize = text.split_inclusive('\n').take(2).map(str::len).sum();
+    std::fs::write(&state, &text[..kept + 20]).unwrap();
+    assert_eq!(succeeds(folder.path(), &arguments), whole);
+    let again = std::fs::read_to_string(&state).unwrap();
+    assert!(again.starts_with(&text[..kept]) && again.lines().count() == 4, "{again}");
+    // Nothing left to do: the results are there without the work.
+    std::fs::write(&state, again.replace("\"rms\":", "\"rms\":7")).unwrap();
+    assert_ne!(succeeds(folder.path(), &arguments), whole);
+}
+
+#[test]
+fn meshes_of_one_connectivity_have_the_correspondence_model_too() {
+    let folder = bent();
+    let result =
+        json(folder.path(), &with(&["--counts", "4", "--draws", "1", "--json", "--pose", "identity"]));
+    // The bends are linear in two numbers: two modes explain all of them.
+    assert!(median(&result, "4", "correspondence") < 1e-3, "{result}");
+}
+
+#[test]
+fn the_papers_scheme_and_its_single_steps_run() {
+    let folder = heads();
+    let run = |more: &[&str]| {
+        let counted = [&["--counts", "4", "--draws", "1", "--json"], more].concat();
+        json(folder.path(), &with(&counted))
+    };
+    let (ours, paper) = (run(&[]), run(&["--method", "paper"]));
+    assert!(median(&paper, "4", "local") < median(&paper, "4", "global"), "{paper}");
+    assert!(median(&ours, "4", "local") < median(&paper, "4", "local"), "{ours} {paper}");
+    // The fixed point arrives where the direct solution is, but for the ridge.
+    let iterated = run(&["--solver", "fixed-point"]);
+    let (direct, fixed) = (median(&ours, "4", "global"), median(&iterated, "4", "global"));
+    assert!((direct - fixed).abs() < 0.1 * direct, "{direct} {fixed}");
+    let small = run(&["--radius", "0.5"]);
+    assert!(median(&small, "4", "global") > direct, "a small hyper-ellipse keeps weights near the mean");
+}
+
+#[test]
+fn surfaces_are_written_on_request() {
+    let folder = heads();
+    succeeds(folder.path(), &with(&["--counts", "2", "--draws", "1", "--surfaces", "-o", "out"]));
+    let names = files(&folder.path().join("out/surfaces"));
+    assert!(names.contains(&"2-0-shape_6-local.ply".into()), "{names:?}");
+    assert_eq!(names.len(), 2 * 4);
+}
+
+#[test]
+fn what_cannot_be_evaluated_is_refused() {
+    let folder = heads();
+    let sentence = refuses(folder.path(), &with(&["--counts", "7", "-o", "."]));
+    assert!(sentence.contains("7 training shapes were asked for and 6 are there"), "{sentence}");
+    let sentence = refuses(folder.path(), &with(&["--smooth", "field", "--stride", "2", "-o", "."]));
+    assert!(sentence.contains("--stride 1"), "{sentence}");
+    for usage in [&["--counts", "1"][..], &["--pose", "upright"], &["--ablation", "--method", "paper"]] {
+        assert_eq!(lacuna(folder.path(), &with(usage)).status.code(), Some(2), "{usage:?}");
+    }
+}
