@@ -3,7 +3,7 @@
 use super::train::{align_mode, expand, positive};
 use super::{Common, Failure, bar, say};
 use crate::evaluate::{
-    Evaluation, Method, PoseMode, Record, Settings, Smooth, Solver, Spread, State, Summary, Target, figure,
+    Evaluation, Method, PoseMode, Record, Settings, Smooth, Solver, Spread, Summary, Target, figure,
 };
 use crate::io;
 use crate::mesh::Mesh;
@@ -185,7 +185,7 @@ impl Evaluate {
         settings: &Settings,
         what: &str,
     ) -> Result<Vec<Record>, Failure> {
-        let state = State::open(&self.output, evaluation.key(settings))?;
+        let state = evaluation.open(settings, &self.output)?;
         if let Some(folder) = &settings.surfaces {
             std::fs::create_dir_all(folder)
                 .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;

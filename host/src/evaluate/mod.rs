@@ -32,7 +32,7 @@ use lacuna::Model;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use whole::Whole;
 
@@ -132,8 +132,20 @@ impl Evaluation {
         Self { shapes, targets, prepared: BTreeMap::new() }
     }
 
+    /// Opens what is known for the settings already, in `folder`.
+    ///
+    /// # Errors
+    /// More training shapes asked for than there are, or a folder that cannot be written.
+    pub fn open(&self, settings: &Settings, folder: &Path) -> Result<State, Error> {
+        let asked = settings.counts.iter().copied().max().unwrap_or(0);
+        if asked > self.shapes.len() {
+            return Err(Error::TooMany { asked, given: self.shapes.len() });
+        }
+        Ok(State::open(folder, self.key(settings))?)
+    }
+
     /// A digest of the shapes and of all settings a result depends on.
-    pub fn key(&self, settings: &Settings) -> u32 {
+    fn key(&self, settings: &Settings) -> u32 {
         let t = &settings.train;
         let chosen = serde_json::json!([
             env!("CARGO_PKG_VERSION"),
@@ -160,10 +172,6 @@ impl Evaluation {
         state: State,
         progress: &(dyn Fn(u64, u64) + Sync),
     ) -> Result<Vec<Record>, Error> {
-        let asked = settings.counts.iter().copied().max().unwrap_or(0);
-        if asked > self.shapes.len() {
-            return Err(Error::TooMany { asked, given: self.shapes.len() });
-        }
         let jobs = self.jobs(settings, &state);
         let results: usize = jobs.iter().map(|job| job.targets.len()).sum();
         let state = Mutex::new((state, 0));
