@@ -11,20 +11,16 @@ use crate::global_fit::GlobalFit;
 use crate::hull::{Hull, HullBuilder, Reach};
 use crate::local_fit::LocalFit;
 use crate::model::Model;
-use crate::pose::{Pose, dot};
+use crate::pose::Pose;
 use crate::pose_fit::{Agreement, PoseBuffers, PoseFit, Round};
-use crate::sample;
 use crate::schedule::Schedule;
+use crate::standing::Standing;
 use crate::workspace::{Progress, Workspace};
 
 /// Points the pose is estimated from; of more, every so many.
 pub const POSE_POINTS: usize = 1600;
 /// Points claimed in one step.
 const CHUNK: usize = 64;
-/// Points farther than this from the jointly fitted surface are clutter, class millimetres.
-const CLUTTER: f32 = 8.0;
-/// Points nearer than this to it that face its way are inliers, class millimetres.
-const INLIER: f32 = 3.0;
 
 /// What the next step belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
@@ -365,31 +361,4 @@ impl<'b, A: Arithmetic> Completion<'b, A> {
 /// Bytes of a weight as the fixed-point fit keeps it.
 fn fixed(sigma: f64) -> [u8; 2] {
     crate::arithmetic::Fixed::weight(sigma).to_le_bytes()
-}
-
-/// How a point lies to the jointly fitted surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Standing {
-    /// Near it and facing its way.
-    Inlier,
-    /// Neither near nor far, or outside the band.
-    Other,
-    /// Far from it though inside the band.
-    Clutter,
-}
-
-impl Standing {
-    /// Judges a point and its normal (voxels) against M + b'·`shape`.
-    pub fn of(model: &Model<'_>, point: [f32; 3], normal: [f32; 3], shape: &[f32]) -> Self {
-        let Some((distance, gradient)) = sample::band(model, point, shape, None) else { return Self::Other };
-        let steepness = libm::sqrtf(dot(gradient, gradient)).max(0.3);
-        let millimetre = model.header().scales.millimetre * steepness;
-        if distance.abs() > CLUTTER * millimetre {
-            Self::Clutter
-        } else if distance.abs() <= INLIER * millimetre && dot(gradient, normal) > 0.5 * steepness {
-            Self::Inlier
-        } else {
-            Self::Other
-        }
-    }
 }

@@ -38,6 +38,7 @@ pub mod pose;
 pub mod pose_fit;
 pub mod sample;
 pub mod schedule;
+pub mod standing;
 pub mod wire;
 pub mod workspace;
 
@@ -52,4 +53,5 @@ pub use model::Model;
 pub use pose::Pose;
 pub use pose_fit::{PoseBuffers, PoseFit};
 pub use schedule::{Pass, Schedule};
+pub use standing::Standing;
 pub use workspace::{Progress, Sizes, Workspace};

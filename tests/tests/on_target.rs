@@ -33,8 +33,9 @@ fn assert_golden(machine: &str, name: &str, run: &Run) {
 }
 
 /// Columns of the table, in the order of the work.
-const WORK: [&str; 8] = [
+const WORK: [&str; 9] = [
     "model",
+    "setup",
     "pose",
     "hull",
     "global",

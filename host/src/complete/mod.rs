@@ -15,9 +15,9 @@ use crate::register::{self, Placed, prepare};
 use crate::sentence::sentence;
 use crate::train::distance::Surface;
 use fuse::Dense;
-use lacuna::completion::{Settings, Standing};
+use lacuna::completion::Settings;
 use lacuna::pose_fit::{ROUNDS, Round};
-use lacuna::{Arithmetic, Model, Pose, Reach, Schedule};
+use lacuna::{Arithmetic, Model, Pose, Reach, Schedule, Standing};
 use merge::{Limits, MEASURED, Merged};
 use verdict::{Grade, Verdict};
 

@@ -13,9 +13,8 @@ use crate::points::{OrientedPoints, thin};
 use crate::sentence::sentence;
 use crate::unit;
 use field::Field;
-use lacuna::completion::Standing;
 use lacuna::pose_fit::{ROUNDS, Round, row_len, sums_len};
-use lacuna::{Cloud, Model, Pose, PoseBuffers, PoseFit};
+use lacuna::{Cloud, Model, Pose, PoseBuffers, PoseFit, Standing};
 use rayon::prelude::*;
 use search::{Candidate, Search};
 

@@ -4,37 +4,60 @@ use crate::count::{Counts, Scale};
 use crate::text::Line;
 use crate::{MODEL, Machine, SCAN, memory, stack};
 use lacuna::cloud::Bytes;
-use lacuna::completion::{Outcome, Settings};
+use lacuna::completion::{Outcome, Settings, Stage};
+use lacuna::local_fit::Task;
 use lacuna::model::MAX_BRICK_VOXELS;
 use lacuna::pose_fit::ROUNDS;
 use lacuna::{Cloud, Completion, Error, Fixed, Model, Reach, Schedule, schedule};
 
-/// Why the example ended early; the line before has said it.
-pub struct Refused;
+/// Why the example ended early.
+#[derive(Clone, Copy, Debug)]
+pub enum Refused {
+    /// The static memory has been handed out before.
+    Memory,
+    /// The linked scan has more points than there is room for.
+    TooManyPoints,
+    /// The core refuses the model or the scan.
+    Core(Error),
+}
+
+impl From<Error> for Refused {
+    fn from(error: Error) -> Self {
+        Self::Core(error)
+    }
+}
 
 /// Runs the completion with every step counted.
 ///
 /// # Errors
-/// A model or a scan that the core refuses.
+/// A model or a scan that cannot be used; a line says so.
 pub fn run<M: Machine>(machine: &mut M) -> Result<(), Refused> {
     let scale = Scale::measure(machine);
     Line::new("machine ").text(M::NAME).print();
-    complete(machine, &scale).map_err(|_| {
-        Line::new("refused").print();
-        Refused
+    complete(machine, &scale).inspect_err(|refused| {
+        let reason = match refused {
+            Refused::Memory => "the static memory is in use",
+            Refused::TooManyPoints => "the scan has more points than memory::POINTS",
+            Refused::Core(Error::EmptyHull) => "the scan does not touch the model in this pose",
+            Refused::Core(_) => "the core refuses the linked model or scan",
+        };
+        Line::new("refused: ").text(reason).print();
     })?;
     Line::new("stack").number(stack::high_water(machine) as u64).print();
     Ok(())
 }
 
-fn complete<M: Machine>(machine: &mut M, scale: &Scale) -> Result<(), Error> {
+fn complete<M: Machine>(machine: &mut M, scale: &Scale) -> Result<(), Refused> {
     let start = machine.ticks();
     let model = Model::from_bytes(&MODEL)?;
     let checked = machine.ticks().wrapping_sub(start);
-    let Some((points, memory)) = memory::take() else { return Err(Error::EmptyHull) };
+    let (points, memory) = memory::take().ok_or(Refused::Memory)?;
     let scan = Bytes(&SCAN);
     let packed = scan.points();
-    let count = packed.len().min(points.len());
+    let count = packed.len();
+    if count > points.len() {
+        return Err(Refused::TooManyPoints);
+    }
     for (slot, point) in points.iter_mut().zip(packed) {
         *slot = point;
     }
@@ -42,16 +65,21 @@ fn complete<M: Machine>(machine: &mut M, scale: &Scale) -> Result<(), Error> {
     let schedule = Schedule { stride: model.header().stride, momentum: 0, passes: &schedule::DEFAULT };
     let settings =
         Settings { reach: Reach::of(&model), rounds: if scan.exact() { &[] } else { &ROUNDS }, schedule };
+    let start = machine.ticks();
     let mut job = Completion::<Fixed>::new(&model, cloud, scan.pose(), settings, memory)?;
+    let prepared = machine.ticks().wrapping_sub(start);
     let mut counts = Counts::default();
     loop {
         let task = job.local().and_then(|fit| fit.task());
         let before = machine.ticks();
         let Some((stage, _)) = job.step() else { break };
+        // The first step of the local fit prepares it; its task is not known before.
+        let task = task.or((stage == Stage::Local).then_some(Task::Curvature));
         counts.add((stage, task), machine.ticks().wrapping_sub(before));
     }
     Line::new("points").number(count as u64).print();
     Line::new("count model").number(scale.instructions(u64::from(checked))).print();
+    Line::new("count setup").number(scale.instructions(u64::from(prepared))).print();
     for (name, ticks, steps, longest) in counts.stages() {
         let line = Line::new("count ").text(name).number(scale.instructions(ticks));
         line.text(" steps")

@@ -1,7 +1,7 @@
-//! Puts the memory layout where the linker finds it.
+//! Build script of the Cortex-M machines: puts each one's memory layout where the linker finds it.
 
 fn main() {
-    let folder = env!("CARGO_MANIFEST_DIR");
+    let folder = std::env::var("CARGO_MANIFEST_DIR").unwrap_or_default();
     println!("cargo:rustc-link-search={folder}");
     println!("cargo:rerun-if-changed=memory.x");
     println!("cargo:rustc-link-arg-bins=--nmagic");

@@ -1,0 +1,37 @@
+//! How a measured point lies to the surface that was fitted together with the pose: part of it, or clutter.
+
+use crate::model::Model;
+use crate::pose::dot;
+use crate::sample;
+
+/// Points farther than this from the jointly fitted surface are clutter, class millimetres.
+const CLUTTER: f32 = 8.0;
+/// Points nearer than this to it that face its way are inliers, class millimetres.
+const INLIER: f32 = 3.0;
+
+/// How a point lies to the jointly fitted surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Standing {
+    /// Near it and facing its way.
+    Inlier,
+    /// Neither near nor far, or outside the band.
+    Other,
+    /// Far from it though inside the band.
+    Clutter,
+}
+
+impl Standing {
+    /// Judges a point and its normal (voxels) against M + b'·`shape`.
+    pub fn of(model: &Model<'_>, point: [f32; 3], normal: [f32; 3], shape: &[f32]) -> Self {
+        let Some((distance, gradient)) = sample::band(model, point, shape, None) else { return Self::Other };
+        let steepness = libm::sqrtf(dot(gradient, gradient)).max(0.3);
+        let millimetre = model.header().scales.millimetre * steepness;
+        if distance.abs() > CLUTTER * millimetre {
+            Self::Clutter
+        } else if distance.abs() <= INLIER * millimetre && dot(gradient, normal) > 0.5 * steepness {
+            Self::Inlier
+        } else {
+            Self::Other
+        }
+    }
+}

@@ -1,9 +1,0 @@
-//! Puts the memory layout where the linker finds it.
-
-fn main() {
-    let folder = env!("CARGO_MANIFEST_DIR");
-    println!("cargo:rustc-link-search={folder}");
-    println!("cargo:rerun-if-changed=memory.x");
-    println!("cargo:rustc-link-arg-bins=--nmagic");
-    println!("cargo:rustc-link-arg-bins=-Tlink.x");
-}
