@@ -234,8 +234,7 @@ impl Arithmetic for Fixed {
     #[inline(always)]
     fn residual(mean: i16, target: i16, weight: i32, sum: i32) -> i16 {
         let fitted = i32::from(mean).saturating_add(sum);
-        let residual =
-            fitted.saturating_sub(i32::from(target)).clamp(-RESIDUAL_LIMIT, RESIDUAL_LIMIT);
+        let residual = fitted.saturating_sub(i32::from(target)).clamp(-RESIDUAL_LIMIT, RESIDUAL_LIMIT);
         saturate(round_shift(residual * weight, 4))
     }
 
@@ -440,7 +439,10 @@ mod tests {
         for voxels in 1..=4u8 {
             let (stride, q) = (Stride::new(voxels).unwrap(), i64::from(voxels));
             assert!((2047 * q.pow(3)) >> stride.share_bits < 1 << 15, "{voxels}");
-            assert!(127 * 127 * (1i64 << 15) < 1 << 31 && (1i64 << 15) * 127 * q.pow(3) < 1 << 31, "{voxels}");
+            assert!(
+                127 * 127 * (1i64 << 15) < 1 << 31 && (1i64 << 15) * 127 * q.pow(3) < 1 << 31,
+                "{voxels}"
+            );
         }
     }
 

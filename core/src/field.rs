@@ -67,12 +67,15 @@ impl<A: Arithmetic> Field<'_, A> {
     }
 }
 
-/// Σ x · row for each corner. Not inlined, or its sums would not stay in registers.
+/// Σ x · row for each corner. Not inlined, or its sums would not stay in registers; both ends are tested in every
+/// round, or the compiler would unroll it and spill them.
 #[inline(never)]
 pub fn dots<A: Arithmetic>(values: &[u8], rows: &[A::Row]) -> [A::Sum; 8] {
     let mut sums = [A::Sum::default(); 8];
-    for (&value, row) in values.iter().zip(rows) {
+    let (mut values, mut rows) = (values.iter(), rows.iter());
+    loop {
+        let Some(row) = rows.next() else { return sums };
+        let Some(&value) = values.next() else { return sums };
         A::accumulate(&mut sums, value as i8, row);
     }
-    sums
 }

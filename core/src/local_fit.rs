@@ -402,7 +402,9 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         let nodes = self.nodes.before(layer)..self.nodes.before(layer + 1);
         let half = if layer % 2 == 0 { 0 } else { self.half };
         let momentum = i32::from(self.schedule.momentum);
-        let Some(gradient) = self.gradient.get_mut(half..).and_then(|g| g.get_mut(..self.half)) else { return };
+        let Some(gradient) = self.gradient.get_mut(half..).and_then(|g| g.get_mut(..self.half)) else {
+            return;
+        };
         for (sums, number) in gradient.chunks_exact_mut(modes).zip(nodes) {
             // Most nodes lie beyond the hull's reach; only momentum moves those.
             if momentum == 0 && A::is_zero(sums) {

@@ -64,7 +64,9 @@ impl<'b> NodeMap<'b> {
         let [x, y, _] = self.sides;
         let index = product([x, y, z]);
         match self.words.get(index / 32 * 2..).and_then(|words| words.first_chunk()) {
-            Some([bits, before]) => *before as usize + (bits & ((1 << (index % 32)) - 1)).count_ones() as usize,
+            Some([bits, before]) => {
+                *before as usize + (bits & ((1 << (index % 32)) - 1)).count_ones() as usize
+            }
             None => self.active,
         }
     }
@@ -132,7 +134,8 @@ impl Extent {
     pub fn of(model: &Model<'_>, stride: u8) -> Self {
         let [width, height, depth] = model.grid().node_sides(stride);
         let area = product([width, height, 1]);
-        let layer = |z: usize| (z * area..(z + 1) * area).filter(|&node| is_active(model, stride, node)).count();
+        let layer =
+            |z: usize| (z * area..(z + 1) * area).filter(|&node| is_active(model, stride, node)).count();
         (0..usize::from(depth)).map(layer).fold(Self::default(), |extent, nodes| Self {
             active: extent.active + nodes,
             widest: extent.widest.max(nodes),
