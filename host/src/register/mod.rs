@@ -92,9 +92,9 @@ impl Placed {
     }
 }
 
-/// Thinned and centred points of a scan.
+/// Thinned and centred points of a scan, neighbours in space next to each other, as the pose fit wants them.
 pub fn prepare(scan: &Mesh, cell: f64) -> (Point, OrientedPoints) {
-    let mut points = thin(scan, cell);
+    let mut points = thin(scan, cell).along_curve();
     let sum = points.points.iter().fold(Vector::zeros(), |sum, p| sum + p.coords);
     let centre = Point::from(sum / points.points.len().max(1) as f64);
     for point in &mut points.points {
