@@ -40,6 +40,9 @@ pub struct Complete {
     /// How much finer than the model's grid the surface is extracted
     #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=4))]
     finer: u8,
+    /// Keep what is not part of the class (hair, collar, table) in the mesh: separate pieces with label 2
+    #[arg(long)]
+    keep_clutter: bool,
     /// Keep the previous weights for a heavy-ball term instead of varying the step lengths
     #[arg(long)]
     momentum: bool,
@@ -58,10 +61,20 @@ struct Report<'a> {
     specks_removed: usize,
     scan_to_model: [[f64; 4]; 4],
     verdict: &'a complete::verdict::Verdict,
+    clutter: Clutter,
     hull_voxels: u32,
     buffer_bytes: usize,
     digests: Digests,
     seconds: f64,
+}
+
+/// What of the scan is not part of the class; areas in the model's unit squared.
+#[derive(serde::Serialize)]
+struct Clutter {
+    points: usize,
+    share: f64,
+    area: f64,
+    kept: bool,
 }
 
 impl Complete {
@@ -136,7 +149,11 @@ impl Complete {
 
     fn write(&self, completion: &Completion, model: &Model<'_>, factor: f64) -> Result<(), Failure> {
         let back = |mesh: &Mesh| inputs::scaled(mesh.clone(), 1.0 / factor);
-        let merged = &completion.merged;
+        let merged = if self.keep_clutter {
+            &completion.clutter.append_to(&completion.merged)
+        } else {
+            &completion.merged
+        };
         let mesh = back(&merged.mesh);
         let colours = picture::colours(&merged.labels);
         let distances: Vec<f32> = merged.distances.iter().map(|d| d / factor as f32).collect();
@@ -150,7 +167,8 @@ impl Complete {
                 env!("CARGO_PKG_VERSION"),
                 model.header().class
             ),
-            "label 1: measured, 0: inferred; distance: to the scan, in its unit".into(),
+            "label 1: measured, 0: inferred, 2: not part of the class; distance: to the scan, in its unit"
+                .into(),
         ];
         io::write_ply(&self.output, &out)?;
         for (path, mesh) in
@@ -181,6 +199,12 @@ impl Complete {
             specks_removed: completion.specks,
             scan_to_model: inputs::matrix(&completion.placed, model),
             verdict: &completion.verdict,
+            clutter: Clutter {
+                points: completion.clutter.mesh.points.len(),
+                share: completion.clutter.share,
+                area: completion.clutter.area,
+                kept: self.keep_clutter,
+            },
             hull_voxels: completion.fit.outcome.hull_voxels,
             buffer_bytes: completion.fit.buffer_bytes,
             digests: completion.fit.digests,
@@ -206,6 +230,14 @@ impl Complete {
             100.0 * verdict.inferred_share,
             verdict.inferred_area
         ));
+        let Clutter { points, share, area, kept } = report.clutter;
+        if points > 0 {
+            let how = if kept { "kept with label 2" } else { "left out (--keep-clutter keeps it)" };
+            say(&format!(
+                "not the class   {:.0} % of the scan, {area:.0} {symbol}2, {points} points: {how}",
+                100.0 * share
+            ));
+        }
         say(&format!("weights         {:.2} deviations rms", verdict.weight_norm));
         say(&format!("scale           {:.3} of the class", verdict.scale));
         say(&format!(
