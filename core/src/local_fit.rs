@@ -368,7 +368,7 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         let field = Field::<A> { stride, nodes: &self.nodes, weights: self.weights, modes };
         let least = brick.least_exponent();
         let starts = [layer, layer + 1].map(|z| self.nodes.before(z));
-        let halves = if layer % 2 == 0 { [0, self.half] } else { [self.half, 0] };
+        let halves = if layer.is_multiple_of(2) { [0, self.half] } else { [self.half, 0] };
         let mut shares = Shares::<A>::new(scratch);
         for cell in cells_of_layer(brick, q, within).filter(|cell| cell.any(brick, wanted, q)) {
             let nodes = self.nodes.corners(&cell);
@@ -400,7 +400,7 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
     fn move_layer(&mut self, layer: u16) {
         let (kernel, modes) = (self.kernel(), self.model.modes().max(1));
         let nodes = self.nodes.before(layer)..self.nodes.before(layer + 1);
-        let half = if layer % 2 == 0 { 0 } else { self.half };
+        let half = if layer.is_multiple_of(2) { 0 } else { self.half };
         let momentum = i32::from(self.schedule.momentum);
         let Some(gradient) = self.gradient.get_mut(half..).and_then(|g| g.get_mut(..self.half)) else {
             return;
