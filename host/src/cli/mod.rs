@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand, all errors as sentences.
 
+mod check;
 mod complete;
 mod device;
 mod evaluate;
@@ -39,6 +40,8 @@ struct Common {
 enum Command {
     /// Complete a scan: without arguments, the example scan with the built-in model
     Complete(complete::Complete),
+    /// Look for what is wrong with scans or training meshes, without using them
+    Check(check::Check),
     /// Let a device complete scans: over a serial port, TCP, or in QEMU
     Device(device::Device),
     /// Train a shape model on meshes of one class
@@ -69,6 +72,7 @@ pub fn run() -> ExitCode {
     }
     let result = match &cli.command {
         Command::Complete(args) => args.run(&cli.common),
+        Command::Check(args) => args.run(&cli.common),
         Command::Device(args) => args.run(&cli.common),
         Command::Train(args) => args.run(&cli.common),
         Command::Evaluate(args) => args.run(&cli.common),
