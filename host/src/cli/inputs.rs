@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 /// A scan and the model it belongs to, as `complete` and `register` take them.
 #[derive(clap::Args)]
 pub struct Subject {
-    /// The scan: PLY, OBJ, STL, XYZ, depth PNG, scan.json, or a folder with one [default: the example scan]
+    /// The scan: PLY, OBJ, STL, PCD, XYZ, depth PNG, scan.json, or a folder with one [default: the example scan]
     pub scan: Option<PathBuf>,
     /// The shape model [default: the built-in one]
     #[arg(short, long)]
