@@ -105,8 +105,13 @@ impl Complete {
     fn advise(&self, model: &Model<'_>, completion: &mut Completion) {
         let verdict = &mut completion.verdict;
         if verdict.grade == Grade::Reject && self.pose.is_none() && self.pose_hint.is_none() {
-            let [inliers, _] = verdict.pose_inliers;
-            verdict.reasons.extend(alternatives::advice(model, &completion.scan, self.subject.seed, inliers));
+            let [inliers, runner_up] = verdict.pose_inliers;
+            verdict.reasons.extend(alternatives::advice(
+                model,
+                &completion.scan,
+                self.subject.seed,
+                inliers.max(runner_up),
+            ));
         }
     }
 
