@@ -267,7 +267,7 @@ fn xyz() -> Vec<Nasty> {
         case("blanks.xyz", SQUARE.replace(' ', "\t  "), Accepted(4, 0)),
         case("commas.xyz", SQUARE.replace(' ', ", "), Accepted(4, 0)),
         case("semicolons.csv", SQUARE.replace(' ', ";"), Accepted(4, 0)),
-        case("heading.txt", format!("x y z\n{SQUARE}"), Refused("format is not known")),
+        case("heading.txt", format!("x y z\n{SQUARE}"), Accepted(4, 0)),
         case("heading.xyz", format!("x y z\n{SQUARE}"), Accepted(4, 0)),
         case("remarks.xyz", format!("# a\n// b\n\n{}", SQUARE.replace("1 1 0", "1 1 0 # c")), Accepted(4, 0)),
         case("mark.xyz", format!("\u{feff}{SQUARE}"), Accepted(4, 0)),

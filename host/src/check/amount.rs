@@ -36,8 +36,8 @@ pub(super) fn check(checked: &mut Checked, model: &Model<'_>) {
         checked.refused(text);
     } else if mesh.triangles.len() < FEWEST {
         let text = format!(
-            "the scan has only {} triangles: that is no measured surface; export it in full",
-            mesh.triangles.len()
+            "the scan has only {}: that is no measured surface; export it in full",
+            super::counted(mesh.triangles.len(), "triangle", "triangles")
         );
         checked.refused(text);
     }

@@ -69,17 +69,17 @@ impl Format {
         let line = Lines::new(bytes).map(|(_, line)| line).find(|line| !is_remark(line))?;
         match words(line).next()? {
             b"v" | b"vn" | b"vt" | b"o" | b"g" | b"mtllib" | b"usemtl" => Some(Format::Obj),
-            word => columns(line, word).then_some(Format::Xyz),
+            _ => is_table(line).then_some(Format::Xyz),
         }
     }
 }
 
-/// Whether a line is the first of a table: numbers alone, three at least.
-fn columns(line: &[u8], first: &[u8]) -> bool {
-    let values = xyz::values(line);
-    number(first).is_ok()
-        && values.clone().count() >= 3
-        && values.into_iter().all(|word| number(word).is_ok())
+/// Whether a line is the first of a table: numbers alone, three at least, or the names of its columns.
+fn is_table(line: &[u8]) -> bool {
+    let values: Vec<&[u8]> = xyz::values(line).collect();
+    let numbers = values.iter().all(|word| number(word).is_ok());
+    let named = values.iter().zip([b"x", b"y", b"z"]).all(|(word, name)| word.eq_ignore_ascii_case(name));
+    values.len() >= 3 && (numbers || named)
 }
 
 /// Whether a line of a text file is blank or a remark.
