@@ -43,22 +43,25 @@ pub fn misfit(scan: f64, model: f64, own: Unit) -> Option<String> {
     Some(unit_of(ratio, own).unwrap_or_else(|| "Is it a scan of this class?".into()))
 }
 
-/// The unit in which a mesh that is `ratio` times too long, taken as `own`, would be right.
+/// The unit in which a mesh that is `ratio` times too long, taken as `own`, would come nearest to the right size.
 pub fn unit_of(ratio: f64, own: Unit) -> Option<String> {
-    let fits = |millimetres: f64| {
-        let share = ratio * millimetres / unit::millimetres(own);
-        (1.0 / FITTING..FITTING).contains(&share)
-    };
+    const CENTIMETRE: f64 = 10.0;
     let known = [
-        (Unit::Millimetre, "millimetres"),
-        (Unit::Metre, "metres"),
-        (Unit::Inch, "inches"),
-        (Unit::Micrometre, "micrometres"),
+        (Some(Unit::Millimetre), "millimetres"),
+        (Some(Unit::Metre), "metres"),
+        (Some(Unit::Inch), "inches"),
+        (Some(Unit::Micrometre), "micrometres"),
+        (None, "centimetres"),
     ];
-    let named = known.into_iter().filter(|&(unit, _)| unit != own).find(|&(u, _)| fits(unit::millimetres(u)));
-    if let Some((unit, name)) = named {
-        let symbol = unit::symbol(unit);
-        return Some(format!("Its size would fit if it were in {name}: give --unit {symbol}, or convert it"));
-    }
-    fits(10.0).then(|| "Its size would fit if it were in centimetres: convert it to millimetres".into())
+    let off = |unit: Option<Unit>| {
+        let millimetres = unit.map_or(CENTIMETRE, unit::millimetres);
+        (ratio * millimetres / unit::millimetres(own)).ln().abs()
+    };
+    let others = known.into_iter().filter(|&(unit, _)| unit != Some(own));
+    let (unit, name) = others.min_by(|a, b| off(a.0).total_cmp(&off(b.0)))?;
+    let fits = format!("Its size would fit if it were in {name}:");
+    (off(unit) < FITTING.ln()).then(|| match unit {
+        Some(unit) => format!("{fits} give --unit {}, or convert it", unit::symbol(unit)),
+        None => format!("{fits} convert it to millimetres"),
+    })
 }
