@@ -4,6 +4,7 @@ pub mod buffers;
 pub mod device_memory;
 pub mod firmware;
 pub mod line;
+pub mod nasty;
 pub mod program;
 pub mod rubbish;
 pub mod small;

@@ -2,7 +2,9 @@
 
 use super::inputs::{self, Subject};
 use super::{Common, Failure, bar, say};
+use crate::check::alternatives;
 use crate::complete::merge::MEASURED;
+use crate::complete::verdict::Grade;
 use crate::complete::{self, Completion, Hint, Options, Start, complete_by, fit_here, picture};
 use crate::fit::{Digests, Fit};
 use crate::io::{self, PlyOut};
@@ -66,6 +68,7 @@ struct Report<'a> {
     buffer_bytes: usize,
     digests: Digests,
     seconds: f64,
+    notes: Vec<String>,
 }
 
 /// What of the scan is not part of the class; areas in the model's unit squared.
@@ -98,16 +101,31 @@ impl Complete {
         let bytes = self.subject.model_bytes()?;
         let model = self.subject.model(&bytes)?;
         let factor = self.subject.factor(&model);
-        let scan = self.subject.mesh(&model)?;
+        let (scan, notes) = self.subject.mesh(&model)?;
         let start = std::time::Instant::now();
         self.check_outputs()?;
         let options = self.options(&model)?;
-        let completion = complete_by(&model, &scan, &options, |start| fit(&model, start, &options))
+        let mut completion = complete_by(&model, &scan, &options, |start| fit(&model, start, &options))
             .map_err(|error| self.subject.named(&error))?;
         let seconds = start.elapsed().as_secs_f64();
+        self.advise(&model, &mut completion);
         self.write(&completion, &model, factor)?;
-        self.tell(common, &completion, &model, seconds);
+        self.tell(common, &completion, &model, (seconds, notes));
         Ok(())
+    }
+
+    /// After a pose that explains little: what would make the scan fit.
+    fn advise(&self, model: &Model<'_>, completion: &mut Completion) {
+        let verdict = &mut completion.verdict;
+        if verdict.grade == Grade::Reject && self.pose.is_none() && self.pose_hint.is_none() {
+            let [inliers, runner_up] = verdict.pose_inliers;
+            verdict.reasons.extend(alternatives::advice(
+                model,
+                &completion.scan,
+                self.subject.seed,
+                inliers.max(runner_up),
+            ));
+        }
     }
 
     fn options(&self, model: &Model<'_>) -> Result<Options<'static>, Failure> {
@@ -185,7 +203,13 @@ impl Complete {
         Ok(())
     }
 
-    fn tell(&self, common: &Common, completion: &Completion, model: &Model<'_>, seconds: f64) {
+    fn tell(
+        &self,
+        common: &Common,
+        completion: &Completion,
+        model: &Model<'_>,
+        (seconds, notes): (f64, Vec<String>),
+    ) {
         let measured = completion.merged.labels.iter().filter(|&&l| l == MEASURED).count();
         let report = Report {
             scan: self.subject.name(),
@@ -209,6 +233,7 @@ impl Complete {
             buffer_bytes: completion.fit.buffer_bytes,
             digests: completion.fit.digests,
             seconds,
+            notes,
         };
         if common.json {
             say(&serde_json::to_string_pretty(&report).unwrap_or_default());
@@ -220,6 +245,7 @@ impl Complete {
         for reason in &verdict.reasons {
             say(&format!("                {reason}"));
         }
+        report.notes.iter().for_each(|note| say(&format!("note            {note}")));
         say(&format!(
             "inliers         {:.1} % of the scan near the model lies on it",
             100.0 * verdict.inlier_share
