@@ -24,6 +24,7 @@ const CHUNK: usize = 64;
 
 /// What the next step belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Stage {
     /// Pose and shape estimated together.
     Pose,
@@ -103,6 +104,7 @@ impl<A: Arithmetic> Memory<'_, A> {
 
 /// What a completion found, as far as it has come.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Outcome {
     /// From the scan to voxels.
     pub pose: Pose,
@@ -120,6 +122,7 @@ pub struct Outcome {
 
 /// CRC-32 of each stage's result; 0 for a stage that has not ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Digests {
     /// Pose and its weights.
     pub pose: u32,

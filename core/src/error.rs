@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// Why a model, a buffer or an option is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Error {
     /// The bytes do not begin with the model magic: not a Lacuna model.
     NotAModel,
@@ -61,6 +62,7 @@ pub enum Error {
 
 /// Parts of a model file, for [`Error::Inconsistent`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Part {
     /// The postcard header.
     Header,
@@ -82,6 +84,7 @@ pub enum Part {
 
 /// Buffers, for [`Error::BufferTooSmall`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Buffer {
     /// Hull targets, one a stored voxel.
     Targets,
@@ -115,6 +118,7 @@ pub enum Buffer {
 
 /// Options, for [`Error::Option`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum OptionName {
     /// Hull reach in front of or behind the surface.
     Reach,

@@ -27,9 +27,22 @@
 //! Voxels are numbered through the file: brick by brick, row by row, along x.
 //!
 //! # Versions
-//! The version is one number. It changes whenever a reader of the previous one would misread the bytes;
-//! what a version means never changes afterwards. A reader knows a list of versions, reads each of them
-//! for ever, and refuses all others by name ([`Error::UnknownVersion`](crate::Error::UnknownVersion)).
+//! The version is one number, apart from that of the program. It changes whenever a reader of the previous one
+//! would misread or refuse the bytes: a field added to the header, a table added, a number meant otherwise. What a
+//! version means never changes afterwards.
+//!
+//! A reader knows a list of versions, reads each of them for ever, to the same numbers, and refuses all others by
+//! name ([`Error::UnknownVersion`](crate::Error::UnknownVersion)), before it looks at anything behind the first 20
+//! bytes, which are the same in all versions. The program writes the newest one. A new version therefore brings
+//! a way to read it, not a change of the way the older ones are read, and a model of its own in
+//! `fixtures/data/versions`; those of the older ones stay there, and a test reads all of them.
+//!
+//! A header is read to its last byte; more or fewer bytes than its fields take are refused, so nothing can be added
+//! to it without a new version.
+//!
+//! | version | since | what changed |
+//! |---|---|---|
+//! | 1 | 0.1.0 | the first one |
 
 use serde::{Deserialize, Serialize};
 

@@ -108,8 +108,11 @@ impl<'a> Model<'a> {
     }
 
     fn from_parts(header: &'a [u8], mut rest: &'a [u8], checksum: u32) -> Result<Self, Error> {
-        let header: Header<'a> =
-            postcard::from_bytes(header).map_err(|_| Error::Inconsistent(Part::Header))?;
+        let (header, unread): (Header<'a>, _) =
+            postcard::take_from_bytes(header).map_err(|_| Error::Inconsistent(Part::Header))?;
+        if !unread.is_empty() {
+            return Err(Error::Inconsistent(Part::Header));
+        }
         let grid = check_header(&header)?;
         let far_nodes = product(grid.node_sides(header.far_stride));
         let model = Self {

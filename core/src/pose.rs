@@ -2,6 +2,7 @@
 
 /// q = s R p + t.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Pose {
     /// R, row by row; orthonormal, determinant 1.
     pub rotation: [[f32; 3]; 3],

@@ -91,6 +91,7 @@ pub const fn row_len(modes: usize) -> usize {
 
 /// How well the points lie on the model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Agreement {
     /// Sum of the robust weights w.
     pub weight: f32,

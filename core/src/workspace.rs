@@ -14,6 +14,7 @@ use crate::schedule::Schedule;
 
 /// How far a job has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Progress {
     /// Pieces of work done.
     pub done: u32,

@@ -3,6 +3,7 @@
 pub mod buffers;
 pub mod device_memory;
 pub mod firmware;
+pub mod fuzz;
 pub mod line;
 pub mod nasty;
 pub mod program;

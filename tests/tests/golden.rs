@@ -46,3 +46,30 @@ fn a_second_run_writes_the_same_picture() {
     };
     assert!(picture() == picture());
 }
+
+/// With optimisation and without, overflow checks and assertions or not. The example needs the core alone, so
+/// that building it in the other profile takes seconds.
+#[test]
+fn debug_and_release_compute_the_golden_bits() {
+    let golden = lacuna_fixtures::GOLDEN.iter().find(|golden| golden.name == "built-in").expect("a case");
+    let stages = [golden.pose, golden.hull, golden.global, golden.local, golden.distances];
+    for profile in ["dev", "release"] {
+        let output = std::process::Command::new(env!("CARGO"))
+            .args([
+                "run",
+                "--quiet",
+                "--package",
+                "lacuna-fixtures",
+                "--example",
+                "digests",
+                "--profile",
+                profile,
+            ])
+            .current_dir(env!("CARGO_MANIFEST_DIR"))
+            .output()
+            .expect("cargo");
+        assert!(output.status.success(), "{profile}: {}", String::from_utf8_lossy(&output.stderr));
+        let text = String::from_utf8(output.stdout).expect("digits");
+        assert_eq!(text.trim(), stages.map(|digest| format!("{digest:08x}")).join(" "), "{profile}");
+    }
+}

@@ -18,6 +18,7 @@ pub trait Port: Read + ReadReady + Write {
 
 /// Why a device stopped serving.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Ended<E> {
     /// The line reached its end.
     Closed,

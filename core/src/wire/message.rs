@@ -194,6 +194,7 @@ pub struct Identity<'a> {
 
 /// How far a scan has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Status {
     /// What the device does.
     pub state: State,
@@ -207,6 +208,7 @@ pub struct Status {
 
 /// What the device does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum State {
     /// Nothing: there is no scan.
     Idle,

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// On the line a refusal is its number in this list: new ones go to its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Refusal {
     /// A frame arrived damaged; nothing in it can be trusted, so this answer bears the header of the last
     /// executed request. Send again.
