@@ -3,21 +3,28 @@
 //! | quantity | [`Fixed`] | [`Float`] |
 //! |---|---|---|
 //! | weight V | i16, 1/2048 σ, within ±16 σ | f64, σ |
-//! | end of a row, Σ φ V 2^-E | i32, 2^-S voxel per basis unit, times q² | f64 |
-//! | sum of a voxel's modes | i32, 2^-S voxel, times q³ | f64 |
+//! | weight at a corner of a cell, V 2^(E₀ - E) | i16, 1/2048 σ | f64, σ |
+//! | sum of a voxel's modes with a corner's weights | i32, 2^-(11 + E₀) voxel | f64, 2^-E₀ voxel |
+//! | sum of a voxel's modes | i32, 1/256 voxel | f64, voxels |
 //! | residual e | i16, 1/256 voxel, within ±8 voxels | f64, voxels |
-//! | sum of a cell's gradient | i32, basis units · 1/256 voxel · q³ | f64 |
+//! | share φ W e of a corner | i16, 2^s/256 voxel, times q³ | f64, voxels |
+//! | sum of a cell's gradient | i32, basis units · 2^s/256 voxel · q³ | f64 |
 //! | node gradient G | i32, 2^-H voxel², times q³ | f64 |
 //! | node curvature d | i32, 2⁻⁸ voxel² | f64 |
 //! | ratio U | i32, 2^-F σ, within ±64 σ | f64 |
 //!
-//! S follows from the stride, H and F from the kernel's width and volume. Trilinear weights are integers that
-//! sum to q³; what they multiply keeps this factor, and the one division by q³ is folded into the last step.
+//! E is a mode's exponent in a brick and E₀ the least of them. s follows from the stride, H and F from the kernel's
+//! width and volume. Trilinear weights are integers that sum to q³; gradients keep this factor, and the one
+//! division by it is folded into the last step.
+//!
+//! Weights and shares fit 16 bits, two of them to a word: a cell's eight corners are four words, and one product
+//! of halves each is what the processors with DSP instructions do in one.
 //!
 //! Bounds, with stride q ≤ 4, K ≤ 127 modes, exponents ≥ 5 (a basis value is below 4 voxels per σ) and
 //! q (2 r + 1) ≤ 31:
-//! - a voxel's sum: 127 · 16 σ · 4 voxels · q³ · 2^S < 2³¹ by the choice of S;
-//! - a cell's gradient: 2047 · 127 · q⁶ < 2³¹;
+//! - a sum with a corner's weights: 127 · 127 · 2¹⁵ < 2³¹;
+//! - a share: 2047 · q³ / 2^s < 2¹⁵ by the choice of s;
+//! - a cell's gradient: 2¹⁵ · 127 · q³ < 2³¹;
 //! - a box of node gradients: 8 · 4 · q³ · (q (2 r + 1))³ · 2^H ≤ 2³¹ by the choice of H;
 //! - a box of node curvatures: 65535 · 31³ < 2³¹;
 //! - a box of ratios: 64 · (2 r + 1)³ · 2^F ≤ 2³¹ by the choice of F.
@@ -50,21 +57,21 @@ pub struct Stride {
     /// round(2^bits / q³), within 2¹⁵..2¹⁶.
     reciprocal: i32,
     bits: u32,
-    /// S: bits behind the point of a voxel's sum.
-    sum_bits: u32,
+    /// s: bits that a share loses, so that it fits 16.
+    share_bits: u32,
 }
 
 impl Stride {
     /// A stride of 1..=4 voxels; anything else is `None`.
     pub const fn new(voxels: u8) -> Option<Self> {
-        let (reciprocal, bits, sum_bits) = match voxels {
-            1 => (1 << 15, 15, 16),
-            2 => (1 << 15, 18, 15),
-            3 => (38_836, 20, 13),
-            4 => (1 << 15, 21, 12),
+        let (reciprocal, bits, share_bits) = match voxels {
+            1 => (1 << 15, 15, 0),
+            2 => (1 << 15, 18, 0),
+            3 => (38_836, 20, 1),
+            4 => (1 << 15, 21, 2),
             _ => return None,
         };
-        Some(Self { voxels, reciprocal, bits, sum_bits })
+        Some(Self { voxels, reciprocal, bits, share_bits })
     }
 
     /// q³.
@@ -83,6 +90,8 @@ pub struct Kernel {
     pub volume: u32,
     /// q³, by which a node's gradient is still multiplied.
     cube: u32,
+    /// s: bits that the shares of a gradient have lost.
+    share_bits: u32,
     /// F: bits behind the point of a ratio.
     pub ratio_bits: u32,
     /// H: bits behind the point of a node gradient.
@@ -95,9 +104,11 @@ impl Kernel {
         let side = 2 * radius as u32 + 1;
         let (volume, cube) = (side * side * side, stride.cube());
         let ratio_bits = least(25 - bits(volume), 16);
-        // At most 13, so that a cell's gradient is never shifted to the left.
-        let gradient_bits = least(26 - bits(volume * cube * cube), DISTANCE_BITS + MIN_EXPONENT as u32);
-        Self { radius, volume, cube, ratio_bits, gradient_bits }
+        // Few enough that a cell's gradient is never shifted to the left.
+        let share_bits = stride.share_bits;
+        let most = DISTANCE_BITS + MIN_EXPONENT as u32 - share_bits;
+        let gradient_bits = least(26 - bits(volume * cube * cube), most);
+        Self { radius, volume, cube, share_bits, ratio_bits, gradient_bits }
     }
 }
 
@@ -114,8 +125,8 @@ const fn least(a: u32, b: u32) -> u32 {
 pub trait Arithmetic: Copy {
     /// Weight of a mode at a node.
     type Weight: Copy + Default + Debug;
-    /// Weight at a cell corner times the brick's scale over q³.
-    type Coefficient: Copy + Default + Debug;
+    /// Numbers of the eight corners of a cell: weights of a mode, or shares of a voxel.
+    type Row: Copy + Default + Debug;
     /// Residual of a voxel, already times its hull weight; the hull's keys use the same memory before.
     type Residual: Key + Debug;
     /// Sums of products, node fields and their integral images.
@@ -129,23 +140,19 @@ pub trait Arithmetic: Copy {
     fn weight(sigma: f64) -> Self::Weight;
     /// A weight in standard deviations.
     fn sigma(weight: Self::Weight) -> f64;
-    /// Σ share · V 2^-exponent over the nodes that the end of a row lies between; the shares sum to q².
-    fn row_end<const N: usize>(
-        weights: [Self::Weight; N],
-        shares: [u8; N],
-        exponent: u8,
-        stride: Stride,
-    ) -> Self::Coefficient;
-    /// sum + basis · coefficient.
-    fn accumulate(sum: Self::Sum, basis: i8, coefficient: Self::Coefficient) -> Self::Sum;
-    /// (q - at) near + at far: the sum of a voxel `at` voxels behind the cell's face.
-    fn mix(near: Self::Sum, far: Self::Sum, at: u8, stride: Stride) -> Self::Sum;
+    /// V 2^-shift of a mode at the eight corners.
+    fn corner_row(weights: [Self::Weight; 8], shift: u8) -> Self::Row;
+    /// φ W e of a voxel for the eight corners, from its residual and its integer trilinear weights.
+    fn share_row(residual: Self::Residual, factors: [u8; 8], stride: Stride) -> Self::Row;
+    /// sums + basis · row.
+    fn accumulate(sums: &mut [Self::Sum; 8], basis: i8, row: &Self::Row);
+    /// The sum of a voxel's modes from those with each corner's weights, its integer trilinear weights and the
+    /// brick's least exponent.
+    fn blend(sums: &[Self::Sum; 8], factors: [u8; 8], least: u8, stride: Stride) -> Self::Sum;
     /// W (M + sum - t), limited to ±8 voxels before the weight; `mean` and `target` in 1/256 voxel.
-    fn residual(mean: i16, target: i16, weight: i32, sum: Self::Sum, stride: Stride) -> Self::Residual;
+    fn residual(mean: i16, target: i16, weight: i32, sum: Self::Sum) -> Self::Residual;
     /// M + sum, 1/256 voxel, saturated: the fitted distance of a voxel.
-    fn distance(mean: i16, sum: Self::Sum, stride: Stride) -> i16;
-    /// φ W e: a residual times an integer trilinear weight.
-    fn share(residual: Self::Residual, factor: u8) -> Self::Coefficient;
+    fn distance(mean: i16, sum: Self::Sum) -> i16;
     /// A cell's gradient 2^-exponent in node units.
     fn to_node(sum: Self::Sum, exponent: u8, kernel: Kernel) -> Self::Sum;
     /// W Σ g b'² of a voxel (2⁻¹² voxel² `raw`) times an integer trilinear weight.
@@ -180,7 +187,7 @@ pub struct Fixed;
 
 impl Arithmetic for Fixed {
     type Weight = i16;
-    type Coefficient = i32;
+    type Row = [i32; 4];
     type Residual = i16;
     type Sum = i32;
     type Reciprocal = Factor;
@@ -197,45 +204,48 @@ impl Arithmetic for Fixed {
     }
 
     #[inline(always)]
-    fn row_end<const N: usize>(weights: [i16; N], shares: [u8; N], exponent: u8, stride: Stride) -> i32 {
-        let mut sum = 0;
-        for (&weight, share) in weights.iter().zip(shares) {
-            sum += i32::from(weight) * i32::from(share);
+    fn corner_row(weights: [i16; 8], shift: u8) -> [i32; 4] {
+        packed(weights.map(|weight| round_shift(i32::from(weight), u32::from(shift))))
+    }
+
+    #[inline(always)]
+    fn share_row(residual: i16, factors: [u8; 8], stride: Stride) -> [i32; 4] {
+        packed(factors.map(|factor| round_shift(i32::from(residual) * i32::from(factor), stride.share_bits)))
+    }
+
+    #[inline(always)]
+    fn accumulate(sums: &mut [i32; 8], basis: i8, row: &[i32; 4]) {
+        let basis = i32::from(basis);
+        let (low, high) = sums.split_at_mut(4);
+        for ((low, high), &pair) in low.iter_mut().zip(high).zip(row) {
+            *low = low.wrapping_add(((pair << 16) >> 16).wrapping_mul(basis));
+            *high = high.wrapping_add((pair >> 16).wrapping_mul(basis));
         }
-        round_shift(sum, WEIGHT_BITS + u32::from(exponent) - stride.sum_bits)
     }
 
     #[inline(always)]
-    fn accumulate(sum: i32, basis: i8, coefficient: i32) -> i32 {
-        sum.wrapping_add(coefficient.wrapping_mul(i32::from(basis)))
+    fn blend(sums: &[i32; 8], factors: [u8; 8], least: u8, stride: Stride) -> i32 {
+        let products = sums.iter().zip(factors).map(|(&sum, factor)| i64::from(sum) * i64::from(factor));
+        let sum: i64 = products.fold(0, i64::wrapping_add);
+        let shift = stride.bits + WEIGHT_BITS + u32::from(least) - DISTANCE_BITS;
+        round_shift_wide(sum.wrapping_mul(i64::from(stride.reciprocal)), shift) as i32
     }
 
     #[inline(always)]
-    fn mix(near: i32, far: i32, at: u8, stride: Stride) -> i32 {
-        let share = i32::from(stride.voxels) - i32::from(at);
-        near.wrapping_mul(share).wrapping_add(far.wrapping_mul(i32::from(at)))
-    }
-
-    #[inline(always)]
-    fn residual(mean: i16, target: i16, weight: i32, sum: i32, stride: Stride) -> i16 {
-        let fitted = i32::from(mean) + to_distance(sum, stride);
-        let residual = (fitted - i32::from(target)).clamp(-RESIDUAL_LIMIT, RESIDUAL_LIMIT);
+    fn residual(mean: i16, target: i16, weight: i32, sum: i32) -> i16 {
+        let fitted = i32::from(mean).saturating_add(sum);
+        let residual = fitted.saturating_sub(i32::from(target)).clamp(-RESIDUAL_LIMIT, RESIDUAL_LIMIT);
         saturate(round_shift(residual * weight, 4))
     }
 
     #[inline(always)]
-    fn distance(mean: i16, sum: i32, stride: Stride) -> i16 {
-        saturate(i32::from(mean) + to_distance(sum, stride))
-    }
-
-    #[inline(always)]
-    fn share(residual: i16, factor: u8) -> i32 {
-        i32::from(residual) * i32::from(factor)
+    fn distance(mean: i16, sum: i32) -> i16 {
+        saturate(i32::from(mean).saturating_add(sum))
     }
 
     #[inline(always)]
     fn to_node(sum: i32, exponent: u8, kernel: Kernel) -> i32 {
-        round_shift(sum, u32::from(exponent) + DISTANCE_BITS - kernel.gradient_bits)
+        round_shift(sum, u32::from(exponent) + DISTANCE_BITS - kernel.gradient_bits - kernel.share_bits)
     }
 
     #[inline(always)]
@@ -292,11 +302,10 @@ impl Arithmetic for Fixed {
     }
 }
 
-/// A voxel's sum in 1/256 voxel.
+/// Eight numbers of 16 bits in four words, the last four in the upper halves.
 #[inline(always)]
-const fn to_distance(sum: i32, stride: Stride) -> i32 {
-    let shift = stride.sum_bits + stride.bits - DISTANCE_BITS;
-    round_shift_wide(sum as i64 * stride.reciprocal as i64, shift) as i32
+fn packed([a, b, c, d, e, f, g, h]: [i32; 8]) -> [i32; 4] {
+    [(a, e), (b, f), (c, g), (d, h)].map(|(low, high)| (low & 0xffff) | (high << 16))
 }
 
 /// Double precision through the very same loops: what separates it from [`Fixed`] is rounding alone.
@@ -313,7 +322,7 @@ fn distance(mean: i16) -> f64 {
 
 impl Arithmetic for Float {
     type Weight = f64;
-    type Coefficient = f64;
+    type Row = [f64; 8];
     type Residual = f64;
     type Sum = f64;
     type Reciprocal = f64;
@@ -327,33 +336,31 @@ impl Arithmetic for Float {
         weight
     }
 
-    fn row_end<const N: usize>(weights: [f64; N], shares: [u8; N], exponent: u8, _: Stride) -> f64 {
-        let sum: f64 = weights.iter().zip(shares).map(|(w, share)| w * f64::from(share)).sum();
-        sum * power(exponent)
+    fn corner_row(weights: [f64; 8], shift: u8) -> [f64; 8] {
+        weights.map(|weight| weight * power(shift))
     }
 
-    fn accumulate(sum: f64, basis: i8, coefficient: f64) -> f64 {
-        sum + f64::from(basis) * coefficient
+    fn share_row(residual: f64, factors: [u8; 8], _: Stride) -> [f64; 8] {
+        factors.map(|factor| residual * f64::from(factor))
     }
 
-    fn mix(near: f64, far: f64, at: u8, stride: Stride) -> f64 {
-        f64::from(stride.voxels - at.min(stride.voxels)) * near + f64::from(at) * far
+    fn accumulate(sums: &mut [f64; 8], basis: i8, row: &[f64; 8]) {
+        sums.iter_mut().zip(row).for_each(|(sum, value)| *sum += f64::from(basis) * value);
     }
 
-    fn residual(mean: i16, target: i16, weight: i32, sum: f64, stride: Stride) -> f64 {
+    fn blend(sums: &[f64; 8], factors: [u8; 8], least: u8, stride: Stride) -> f64 {
+        let sum: f64 = sums.iter().zip(factors).map(|(sum, factor)| sum * f64::from(factor)).sum();
+        sum * power(least) / f64::from(stride.cube())
+    }
+
+    fn residual(mean: i16, target: i16, weight: i32, sum: f64) -> f64 {
         let limit = distance(RESIDUAL_LIMIT as i16);
-        let fitted = distance(mean) + sum / f64::from(stride.cube());
-        let residual = (fitted - distance(target)).clamp(-limit, limit);
+        let residual = (distance(mean) + sum - distance(target)).clamp(-limit, limit);
         residual * f64::from(weight) / f64::from(FULL_WEIGHT)
     }
 
-    fn distance(mean: i16, sum: f64, stride: Stride) -> i16 {
-        let fitted = distance(mean) + sum / f64::from(stride.cube());
-        libm::floor(fitted * f64::from(1 << DISTANCE_BITS) + 0.5) as i16
-    }
-
-    fn share(residual: f64, factor: u8) -> f64 {
-        residual * f64::from(factor)
+    fn distance(mean: i16, sum: f64) -> i16 {
+        libm::floor((distance(mean) + sum) * f64::from(1 << DISTANCE_BITS) + 0.5) as i16
     }
 
     fn to_node(sum: f64, exponent: u8, _: Kernel) -> f64 {
@@ -428,12 +435,24 @@ mod tests {
     }
 
     #[test]
-    fn sums_of_voxels_and_cells_stay_within_31_bits() {
+    fn shares_and_sums_of_cells_stay_within_their_bits() {
         for voxels in 1..=4u8 {
             let (stride, q) = (Stride::new(voxels).unwrap(), i64::from(voxels));
-            assert!((127 * 64 * q.pow(3)) << stride.sum_bits < 1 << 31, "{voxels}");
-            assert!(2047 * 127 * q.pow(6) < 1 << 31, "{voxels}");
-            assert!(stride.sum_bits <= WEIGHT_BITS + u32::from(MIN_EXPONENT), "{voxels}");
+            assert!((2047 * q.pow(3)) >> stride.share_bits < 1 << 15, "{voxels}");
+            assert!(
+                127 * 127 * (1i64 << 15) < 1 << 31 && (1i64 << 15) * 127 * q.pow(3) < 1 << 31,
+                "{voxels}"
+            );
+        }
+    }
+
+    #[test]
+    fn rows_of_pairs_multiply_like_single_numbers() {
+        let weights = [-32767, 32767, -1, 1, 12_345, -20_000, 0, 7];
+        for basis in [-128i8, -1, 0, 5, 127] {
+            let mut sums = [1; 8];
+            Fixed::accumulate(&mut sums, basis, &Fixed::corner_row(weights, 0));
+            assert_eq!(sums, weights.map(|w| 1 + i32::from(w) * i32::from(basis)));
         }
     }
 

@@ -49,6 +49,7 @@ pub fn box_sums<A: Arithmetic>(
 
 /// Fills `dense` with the field's integral image, x fastest: entry (x, y, z) is the sum of all entries up to and
 /// including x, y and z.
+#[inline(never)]
 fn integrate<A: Arithmetic>(
     nodes: &NodeMap<'_>,
     field: &[[A::Sum; GROUP]],
@@ -56,27 +57,32 @@ fn integrate<A: Arithmetic>(
     dense: &mut [A::Sum],
     zeros: &[A::Sum],
 ) {
-    let [width, height, depth] = nodes.sides().map(usize::from);
-    let mut values = field.iter().map(|lanes| lanes.get(lane).copied().unwrap_or_default());
-    let mut active = nodes.bits();
-    for z in 0..depth {
-        for y in 0..height {
-            let start = (z * height + y) * width;
-            let Some((done, rest)) = dense.split_at_mut_checked(start) else { return };
-            let before = |rows: usize, inside: bool| {
-                let row = start.checked_sub(rows * width).filter(|_| inside);
-                row.and_then(|row| done.get(row..)?.get(..width)).unwrap_or(zeros)
-            };
-            let (above, behind) = (before(1, y > 0), before(height, z > 0));
-            let both = before(height + 1, y > 0 && z > 0);
-            let mut sum = A::Sum::default();
-            for (((place, &above), &behind), &both) in rest.iter_mut().zip(above).zip(behind).zip(both) {
-                if active.next() == Some(true) {
-                    sum = A::add(sum, values.next().unwrap_or_default());
-                }
-                *place = A::add(sum, A::subtract(A::add(above, behind), both));
-            }
+    let [width, height, _] = nodes.sides().map(usize::from);
+    dense.fill(A::Sum::default());
+    nodes.for_each(|number, index| {
+        let value = field.get(number).and_then(|lanes| lanes.get(lane)).copied().unwrap_or_default();
+        if let Some(place) = dense.get_mut(index) {
+            *place = value;
         }
+    });
+    let area = (width * height).max(1);
+    for plane in dense.chunks_exact_mut(area) {
+        let mut above = zeros;
+        for row in plane.chunks_exact_mut(width.max(1)) {
+            let mut sum = A::Sum::default();
+            for (place, &above) in row.iter_mut().zip(above) {
+                sum = A::add(sum, *place);
+                *place = A::add(sum, above);
+            }
+            above = row;
+        }
+    }
+    let mut rest = dense;
+    while let Some((plane, next)) = rest.split_at_mut_checked(area) {
+        for (place, &behind) in next.iter_mut().zip(plane.iter()) {
+            *place = A::add(*place, behind);
+        }
+        rest = next;
     }
 }
 

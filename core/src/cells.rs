@@ -26,17 +26,23 @@ pub struct Piece {
 /// The cells of a brick.
 pub fn cells(brick: &Brick<'_>, stride: u8) -> impl Iterator<Item = Cell> + use<> {
     let (corner, edge) = (brick.corner, brick.edge());
+    (0..edge / stride.max(1)).flat_map(move |z| layer(corner, edge, stride, z))
+}
+
+/// The cells of a brick in its layer `z` of cells.
+pub fn cells_of_layer(brick: &Brick<'_>, stride: u8, z: u8) -> impl Iterator<Item = Cell> + use<> {
+    layer(brick.corner, brick.edge(), stride, z)
+}
+
+fn layer([a, b, c]: [u16; 3], edge: u8, stride: u8, z: u8) -> impl Iterator<Item = Cell> {
     let q = stride.max(1);
     let side = edge / q;
-    (0..side).flat_map(move |z| {
-        (0..side).flat_map(move |y| {
-            (0..side).map(move |x| {
-                let within = [x * q, y * q, z * q];
-                let [a, b, c] = corner;
-                let [x, y, z] = within.map(u16::from);
-                let node = [a + x, b + y, c + z].map(|v| v.checked_div(u16::from(q)).unwrap_or(0));
-                Cell { corner: within, node }
-            })
+    (0..side).flat_map(move |y| {
+        (0..side).map(move |x| {
+            let within = [x * q, y * q, z * q];
+            let [x, y, z] = within.map(u16::from);
+            let node = [a + x, b + y, c + z].map(|v| v.checked_div(u16::from(q)).unwrap_or(0));
+            Cell { corner: within, node }
         })
     })
 }
@@ -61,6 +67,19 @@ impl Cell {
         let row = brick.row(y0 + y, z0 + z);
         let at_face = |mask: u8| mask >> (x0 & 7);
         Some(Piece { mask: at_face(wanted), stored: at_face(row.mask), first: row.rank(x0) })
+    }
+
+    /// Visits the wanted voxels of the cell: position within it and number within the brick.
+    #[inline(always)]
+    pub fn visit(&self, brick: &Brick<'_>, wanted: &[u8], q: u8, mut visit: impl FnMut([u8; 3], usize)) {
+        for z in 0..q {
+            for y in 0..q {
+                let Some(piece) = self.piece(brick, wanted, y, z, q) else { continue };
+                for (x, voxel) in piece.voxels() {
+                    visit([x, y, z], voxel);
+                }
+            }
+        }
     }
 
     /// Whether a voxel of the cell is wanted.

@@ -17,18 +17,13 @@ pub fn cell_curvature<A: Arithmetic>(
 ) -> [A::Sum; 8] {
     let q = stride.voxels;
     let mut corners = [A::Sum::default(); 8];
-    for z in 0..q {
-        for y in 0..q {
-            let Some(piece) = cell.piece(brick, wanted, y, z, q) else { continue };
-            for (x, voxel) in piece.voxels() {
-                let weight = hull.target(brick.first + voxel).weight();
-                let raw = voxel_curvature(brick, voxel, gains);
-                for (corner, share) in corners.iter_mut().zip(trilinear([x, y, z], q)) {
-                    *corner = A::add(*corner, A::curvature(raw, weight, share));
-                }
-            }
+    cell.visit(brick, wanted, q, |at, voxel| {
+        let weight = hull.target(brick.first + voxel).weight();
+        let raw = voxel_curvature(brick, voxel, gains);
+        for (corner, share) in corners.iter_mut().zip(trilinear(at, q)) {
+            *corner = A::add(*corner, A::curvature(raw, weight, share));
         }
-    }
+    });
     corners
 }
 

@@ -11,7 +11,7 @@
 //! | | 8 K | modes: f32 standard deviation (root mean square over the band, voxels), f32 gain g, at most 255 |
 //! | | 2 F | far field: i16 mean distance (1/256 voxel) at every `far_stride`-th voxel, [`UNKNOWN`] off the support |
 //! | | 2 C | map: u16 brick number per brick cell, [`ABSENT`] where none is stored |
-//! | | 12 B | directory: per brick u32 cell, u32 number of its first voxel, u32 offset of its record |
+//! | | 12 B | directory, by rising cell: per brick u32 cell, u32 number of its first voxel, u32 offset of its record |
 //! | | | brick records, in the order of the directory |
 //!
 //! with K modes, F = product of (side / far_stride + 1), C brick cells, B bricks, all x fastest.

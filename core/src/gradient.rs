@@ -3,8 +3,8 @@
 //! A cell holds few voxels of the hull, so φ W e is worked out once for each of them and corner; then every mode
 //! costs one product a voxel and corner, with the eight sums in registers.
 
-use crate::arithmetic::Arithmetic;
-use crate::cells::Cell;
+use crate::arithmetic::{Arithmetic, Kernel, Stride};
+use crate::field::dots;
 use crate::model::Brick;
 
 /// Modes whose gradients are held at a time.
@@ -13,82 +13,81 @@ pub const GROUP: usize = 5;
 /// Most voxels of a cell: the stride is 4 at most.
 const MOST: usize = 64;
 
-/// What the voxels of a cell in the hull contribute, before their basis.
+/// What the voxels of a cell in the hull contribute.
 pub struct Shares<'c, A: Arithmetic> {
-    /// φ W e for each corner, times q³; a voxel after the other.
-    corners: &'c mut [[A::Coefficient; 8]],
+    /// φ W e for each corner; a voxel after the other.
+    corners: &'c mut [A::Row],
     /// Numbers within the brick.
     voxels: [u16; MOST],
     count: usize,
-}
-
-/// Elements of the scratch memory of [`Shares`].
-pub const fn shares_len(stride: u8) -> usize {
-    8 * stride as usize * stride as usize * stride as usize
+    /// Basis values of a group of modes, the voxels of a mode side by side.
+    lanes: [[u8; MOST]; GROUP],
 }
 
 impl<'c, A: Arithmetic> Shares<'c, A> {
-    /// The shares of the wanted voxels (a mask for each row of the brick); `residuals` begin with the brick's first
-    /// voxel, `scratch` has [`shares_len`] elements.
-    #[inline(never)]
-    pub fn of(
-        brick: &Brick<'_>,
-        cell: &Cell,
-        wanted: &[u8],
-        residuals: &[A::Residual],
-        q: u8,
-        scratch: &'c mut [A::Coefficient],
-    ) -> Self {
-        let mut shares = Self { corners: scratch.as_chunks_mut().0, voxels: [0; MOST], count: 0 };
-        for z in 0..q {
-            for y in 0..q {
-                let Some(piece) = cell.piece(brick, wanted, y, z, q) else { continue };
-                for (x, voxel) in piece.voxels() {
-                    let residual = residuals.get(voxel).copied().unwrap_or_default();
-                    shares.push(voxel, trilinear([x, y, z], q).map(|share| A::share(residual, share)));
-                }
-            }
-        }
-        shares
+    /// No voxel yet; `scratch` has q³ rows.
+    pub const fn new(scratch: &'c mut [A::Row]) -> Self {
+        Self { corners: scratch, voxels: [0; MOST], count: 0, lanes: [[0; MOST]; GROUP] }
     }
 
+    /// Forgets the voxels, for the next cell.
     #[inline]
-    fn push(&mut self, voxel: usize, corners: [A::Coefficient; 8]) {
+    pub const fn clear(&mut self) {
+        self.count = 0;
+    }
+
+    /// Adds a voxel: its number within the brick, its residual and its trilinear weights.
+    #[inline]
+    pub fn push(&mut self, voxel: usize, residual: A::Residual, factors: [u8; 8], stride: Stride) {
         let slots = self.corners.get_mut(self.count).zip(self.voxels.get_mut(self.count));
         if let Some((slot, number)) = slots {
-            (*slot, *number) = (corners, voxel as u16);
+            (*slot, *number) = (A::share_row(residual, factors, stride), voxel as u16);
             self.count += 1;
         }
     }
 
-    /// Σ φ W e b' for each mode of a group and corner, in basis units times q³.
-    pub fn gradient(&self, brick: &Brick<'_>, group: usize) -> [[A::Sum; 8]; GROUP] {
-        let modes = brick.exponents().len();
-        let mut basis = [[0; MOST]; GROUP];
-        for (i, &voxel) in self.voxels.iter().enumerate().take(self.count) {
-            // Beyond the last mode lie the next voxel's values; nobody reads those sums.
-            let values = brick.basis_from(0).get(usize::from(voxel) * modes + group * GROUP..).unwrap_or(&[]);
-            for (lane, &value) in basis.iter_mut().zip(values) {
-                if let Some(slot) = lane.get_mut(i) {
-                    *slot = value;
+    /// Adds Σ φ W e b' of each mode of a group to the sums of the eight nodes, which begin at `places`.
+    #[inline(never)]
+    pub fn add_to(
+        &mut self,
+        brick: &Brick<'_>,
+        group: usize,
+        kernel: Kernel,
+        (gradient, places): (&mut [A::Sum], [usize; 8]),
+    ) {
+        self.transpose(brick, group * GROUP);
+        let shares = self.corners.get(..self.count).unwrap_or(&[]);
+        let exponents = brick.exponents().get(group * GROUP..).unwrap_or(&[]);
+        for (mode, (lane, &exponent)) in self.lanes.iter().zip(exponents).enumerate() {
+            for (sum, place) in dots::<A>(lane, shares).into_iter().zip(places) {
+                if let Some(slot) = gradient.get_mut(place + mode) {
+                    *slot = A::add(*slot, A::to_node(sum, exponent, kernel));
                 }
             }
         }
-        let shares = self.corners.get(..self.count).unwrap_or(&[]);
-        basis.map(|lane| weighted::<A>(shares, &lane))
     }
-}
 
-/// Σ b share of one mode for each corner. Not inlined, or its sums would not stay in registers.
-#[inline(never)]
-fn weighted<A: Arithmetic>(shares: &[[A::Coefficient; 8]], basis: &[u8; MOST]) -> [A::Sum; 8] {
-    let mut sums = [A::Sum::default(); 8];
-    for (corners, &b) in shares.iter().zip(basis) {
-        for (sum, &share) in sums.iter_mut().zip(corners) {
-            *sum = A::accumulate(*sum, b as i8, share);
+    /// Reads the basis values of the modes from `first` on.
+    #[inline]
+    fn transpose(&mut self, brick: &Brick<'_>, first: usize) {
+        let modes = brick.exponents().len();
+        let from = brick.basis_from(0).get(first..).unwrap_or(&[]);
+        let [a, b, c, d, e] = &mut self.lanes;
+        let slots = a.iter_mut().zip(b).zip(c).zip(d).zip(e);
+        for (&voxel, ((((a, b), c), d), e)) in self.voxels.iter().zip(slots).take(self.count) {
+            // Beyond the last mode lie the next voxel's values; nobody reads those lanes.
+            let values = from.get(usize::from(voxel) * modes..).unwrap_or(&[]);
+            if let Some(values) = values.first_chunk() {
+                [*a, *b, *c, *d, *e] = *values;
+            } else {
+                // Only at the end of the brick.
+                let mut rest = values.iter().copied();
+                for slot in [a, b, c, d, e] {
+                    *slot = rest.next().unwrap_or(0);
+                }
+            }
         }
     }
-    sums
 }
 
 /// φ q³ of the eight corners for the voxel at `at` within a cell.

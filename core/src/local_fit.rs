@@ -14,22 +14,26 @@
 //! the update descends and is smoothed instead. B D⁻¹ B is symmetric and positive, so a fixed radius is
 //! stable for μ < 2 (1 + β).
 //!
-//! Modes are taken [`GROUP`] at a time, so that gradients need memory for a group and not for all.
+//! Where the kernel is wider than a node, modes are taken [`GROUP`] at a time, so that gradients need memory for a
+//! group and not for all. Where it is not, a node's step needs nothing but the cells around it: one sweep over the
+//! layers of cells works out residuals and gradients of all modes, and moves a layer of nodes as soon as the cells
+//! on both sides of it are done. Those cells are the only ones that read it, so the result is that of one step for
+//! all nodes at once.
 
 use crate::arithmetic::{Arithmetic, Kernel, Stride};
 use crate::box_filter::{box_sums, dense_len};
-use crate::cells::cells;
+use crate::cells::{cells, cells_of_layer};
 use crate::curvature::cell_curvature;
 use crate::error::{Buffer, Error};
-use crate::field::Field;
+use crate::field::{Field, dots};
 use crate::format::{MAX_MODES, digest};
-use crate::gradient::{GROUP, Shares};
+use crate::gradient::{GROUP, Shares, trilinear};
 use crate::hull::Hull;
 use crate::hull_rows::HullRows;
 use crate::model::{Brick, MAX_BRICK_ROWS, MAX_BRICK_VOXELS, Model};
-use crate::nodes::NodeMap;
+use crate::nodes::{Extent, NodeMap};
 use crate::schedule::Schedule;
-use crate::workspace::{Progress, Workspace, cell_len, first};
+use crate::workspace::{Progress, Workspace, cell_len, first, gradient_len};
 
 /// The kinds of work of a local fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,6 +46,8 @@ pub enum Task {
     Gradient,
     /// U and V of a group of modes.
     Update,
+    /// e, G, U and V of a layer, where the kernel is one node.
+    Sweep,
 }
 
 /// What the next step does.
@@ -57,6 +63,10 @@ enum Stage {
     Gradient(usize, usize),
     /// Smooths a group's gradients and moves its weights.
     Update(usize),
+    /// Residuals and gradients of a brick in a layer of cells.
+    Sweep(u16, usize),
+    /// Moves the weights of a layer of nodes.
+    Layer(u16),
     Done,
 }
 
@@ -75,7 +85,12 @@ pub struct LocalFit<'m, 'b, A: Arithmetic> {
     gradient: &'b mut [A::Sum],
     dense: &'b mut [A::Sum],
     reciprocals: &'b mut [A::Reciprocal],
-    cell: &'b mut [A::Coefficient],
+    cell: &'b mut [A::Row],
+    /// Elements that each of the two layers of a sweep has in the gradient's memory.
+    half: usize,
+    /// First brick of the layer under way.
+    layer_first: usize,
+    step_gains: [A::Gain; MAX_MODES as usize],
     /// Gains g, 1/256.
     gains: [u16; MAX_MODES as usize],
     pass: usize,
@@ -100,15 +115,21 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         let nodes = NodeMap::new(model, stride.voxels, workspace.nodes)?;
         let (active, modes) = (nodes.active(), model.modes());
         let previous = if schedule.momentum == 0 { 0 } else { active * modes };
+        let layers = nodes.sides()[2];
+        let widest = (0..layers).map(|z| nodes.before(z + 1) - nodes.before(z)).max().unwrap_or(0);
+        let gradients = gradient_len(Extent { active, widest }, modes);
         let mut fit = Self {
             weights: first(workspace.weights, active * modes, Buffer::NodeWeights)?,
             previous: first(workspace.previous, previous, Buffer::Previous)?,
             residuals: first(workspace.residuals, model.voxels(), Buffer::Residuals)?,
             rows: HullRows::new(model, workspace.hull_rows)?,
-            gradient: first(workspace.gradient, active * GROUP, Buffer::Gradient)?,
+            gradient: first(workspace.gradient, gradients, Buffer::Gradient)?,
             dense: first(workspace.dense, dense_len(nodes.sides()), Buffer::Dense)?,
             reciprocals: first(workspace.reciprocals, active, Buffer::Reciprocals)?,
             cell: first(workspace.cell, cell_len(modes, stride.voxels), Buffer::Cell)?,
+            half: widest * modes,
+            layer_first: 0,
+            step_gains: [A::Gain::default(); MAX_MODES as usize],
             gains: [0; MAX_MODES as usize],
             stage: Stage::Curvature(0),
             model,
@@ -141,7 +162,7 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         }
     }
 
-    /// A bounded piece of work: one brick, or one group of modes over the nodes. `None` when done.
+    /// A bounded piece of work: one brick, one group of modes over the nodes, or one layer of nodes. `None` when done.
     pub fn step(&mut self) -> Option<Progress> {
         let bricks = usize::from(self.model.header().bricks);
         let groups = self.model.modes().div_ceil(GROUP);
@@ -153,7 +174,7 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
             }
             Stage::Reciprocals => {
                 self.invert_curvature();
-                Stage::Residuals(0)
+                self.begin_iteration()
             }
             Stage::Residuals(brick) => {
                 self.add_residuals(brick);
@@ -167,6 +188,11 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
                 self.update(group);
                 if group + 1 < groups { Stage::Gradient(group + 1, 0) } else { self.next_iteration() }
             }
+            Stage::Sweep(layer, brick) => self.sweep(layer, brick),
+            Stage::Layer(layer) => {
+                self.move_layer(layer);
+                if layer < self.layers() { self.after_layer(layer) } else { self.next_iteration() }
+            }
         };
         self.done = self.done.saturating_add(1);
         Some(Progress { done: self.done, total: self.total(bricks, groups) })
@@ -179,6 +205,7 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
             Stage::Residuals(_) => Some(Task::Residuals),
             Stage::Gradient(..) => Some(Task::Gradient),
             Stage::Update(_) => Some(Task::Update),
+            Stage::Sweep(..) | Stage::Layer(_) => Some(Task::Sweep),
             Stage::Done => None,
         }
     }
@@ -189,19 +216,45 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
     }
 
     fn total(&self, bricks: usize, groups: usize) -> u32 {
-        let iteration = bricks + groups * (bricks + 1);
-        (self.schedule.passes.len() * (bricks + 1) + self.schedule.iterations() * iteration) as u32
+        let layers = usize::from(self.layers());
+        let cells = usize::from(self.model.grid().brick().checked_div(self.stride.voxels).unwrap_or(0));
+        let wide = bricks + groups * (bricks + 1);
+        let sweep = bricks * cells + 2 * layers + 1;
+        let of_pass = |pass: &crate::schedule::Pass<'_>| {
+            bricks + 1 + pass.steps.len() * if pass.radius == 0 { sweep } else { wide }
+        };
+        self.schedule.passes.iter().map(of_pass).sum::<usize>() as u32
+    }
+
+    /// Layers of cells.
+    const fn layers(&self) -> u16 {
+        self.nodes.sides()[2].saturating_sub(1)
     }
 
     fn next_iteration(&mut self) -> Stage {
         self.iteration += 1;
         let steps = self.schedule.passes.get(self.pass).map_or(0, |pass| pass.steps.len());
         if self.iteration < steps {
-            return Stage::Residuals(0);
+            return self.begin_iteration();
         }
         self.iteration = 0;
         self.pass += 1;
         if self.pass < self.schedule.passes.len() { Stage::Curvature(0) } else { Stage::Done }
+    }
+
+    fn begin_iteration(&mut self) -> Stage {
+        let Some(pass) = self.schedule.passes.get(self.pass) else { return Stage::Done };
+        let Some(&mu) = pass.steps.get(self.iteration) else { return self.next_iteration() };
+        let kernel = self.kernel();
+        for (k, gain) in self.step_gains.iter_mut().enumerate().take(self.model.modes()) {
+            *gain = A::gain(f64::from(mu), f64::from(self.model.gain(k)), kernel);
+        }
+        if pass.radius > 0 {
+            return Stage::Residuals(0);
+        }
+        self.gradient.fill(A::Sum::default());
+        self.layer_first = 0;
+        Stage::Sweep(0, 0)
     }
 
     fn kernel(&self) -> Kernel {
@@ -254,7 +307,7 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         field.walk(&brick, self.cell, wanted, |voxel, sum| {
             let target = hull.target(brick.first + voxel);
             if let Some(residual) = residuals.get_mut(voxel) {
-                *residual = A::residual(brick.mean(voxel), target.distance(), target.weight(), sum, stride);
+                *residual = A::residual(brick.mean(voxel), target.distance(), target.weight(), sum);
             }
         });
     }
@@ -267,20 +320,104 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         let Some(wanted) = self.rows.of(index) else { return };
         let Some(brick) = self.model.brick(index) else { return };
         let Some(residuals) = self.residuals.get(brick.first..) else { return };
-        let exponents = brick.exponents().get(group * GROUP..).unwrap_or(&[]);
-        let (kernel, q) = (self.kernel(), self.stride.voxels);
-        let gradient = self.gradient.as_chunks_mut::<GROUP>().0;
+        let (kernel, stride, q) = (self.kernel(), self.stride, self.stride.voxels);
+        let Some(scratch) = self.cell.get_mut(self.model.modes()..) else { return };
+        let mut shares = Shares::<A>::new(scratch);
         for cell in cells(&brick, q).filter(|cell| cell.any(&brick, wanted, q)) {
-            let shares = Shares::<A>::of(&brick, &cell, wanted, residuals, q, self.cell);
-            let corners = self.nodes.corners(&cell);
-            let parts = shares.gradient(&brick, group);
-            for (corner, number) in corners.into_iter().enumerate() {
-                let Some(sums) = gradient.get_mut(number) else { continue };
-                for ((sum, part), &exponent) in sums.iter_mut().zip(&parts).zip(exponents) {
-                    let part = part.get(corner).copied().unwrap_or_default();
-                    *sum = A::add(*sum, A::to_node(part, exponent, kernel));
-                }
+            shares.clear();
+            cell.visit(&brick, wanted, q, |at, voxel| {
+                let residual = residuals.get(voxel).copied().unwrap_or_default();
+                shares.push(voxel, residual, trilinear(at, q), stride);
+            });
+            let places = self.nodes.corners(&cell).map(|number| number * GROUP);
+            shares.add_to(&brick, group, kernel, (self.gradient, places));
+        }
+    }
+
+    /// One brick of a sweep, if it lies in the layer; then what comes next.
+    fn sweep(&mut self, layer: u16, index: usize) -> Stage {
+        let cells = u16::from(self.model.grid().brick().checked_div(self.stride.voxels).unwrap_or(1)).max(1);
+        let (across, within) = (layer / cells, layer % cells);
+        let edge = u16::from(self.model.grid().brick());
+        let Some(brick) = self.model.brick(index).filter(|brick| brick.corner[2] == across * edge) else {
+            // A layer that ends with a layer of bricks hands on to the next of them.
+            if within + 1 == cells {
+                self.layer_first = index;
             }
+            return Stage::Layer(layer);
+        };
+        self.sweep_brick(layer, index, &brick, within as u8);
+        Stage::Sweep(layer, index + 1)
+    }
+
+    const fn after_layer(&mut self, layer: u16) -> Stage {
+        let next = layer + 1;
+        if next < self.layers() {
+            return Stage::Sweep(next, self.layer_first);
+        }
+        Stage::Layer(next)
+    }
+
+    /// Residuals of the brick's cells in a layer, and what they add to the gradients of the nodes on both sides.
+    #[inline(never)]
+    fn sweep_brick(&mut self, layer: u16, index: usize, brick: &Brick<'m>, within: u8) {
+        let Some(wanted) = self.rows.of(index) else { return };
+        let modes = self.model.modes();
+        let (hull, stride, q, kernel) = (self.hull, self.stride, self.stride.voxels, self.kernel());
+        let Some((corners, scratch)) = self.cell.split_at_mut_checked(modes) else { return };
+        let field = Field::<A> { stride, nodes: &self.nodes, weights: self.weights, modes };
+        let least = brick.least_exponent();
+        let starts = [layer, layer + 1].map(|z| self.nodes.before(z));
+        let halves = if layer.is_multiple_of(2) { [0, self.half] } else { [self.half, 0] };
+        let mut shares = Shares::<A>::new(scratch);
+        for cell in cells_of_layer(brick, q, within).filter(|cell| cell.any(brick, wanted, q)) {
+            let nodes = self.nodes.corners(&cell);
+            field.gather(brick, nodes, least, corners);
+            shares.clear();
+            cell.visit(brick, wanted, q, |at, voxel| {
+                let target = hull.target(brick.first + voxel);
+                let factors = trilinear(at, q);
+                let sums = dots::<A>(brick.basis(voxel), corners);
+                let sum = A::blend(&sums, factors, least, stride);
+                let residual = A::residual(brick.mean(voxel), target.distance(), target.weight(), sum);
+                shares.push(voxel, residual, factors, stride);
+            });
+            let mut places = nodes;
+            for (i, place) in places.iter_mut().enumerate() {
+                let [near, far] = [0, 1].map(|side| (starts[side], halves[side]));
+                let (start, half) = if i < 4 { near } else { far };
+                *place = half + place.saturating_sub(start) * modes;
+            }
+            for group in 0..modes.div_ceil(GROUP) {
+                shares.add_to(brick, group, kernel, (self.gradient, places));
+                places = places.map(|place| place + GROUP);
+            }
+        }
+    }
+
+    /// Moves the nodes of a layer whose cells are done, and clears its half of the gradient's memory.
+    #[inline(never)]
+    fn move_layer(&mut self, layer: u16) {
+        let (kernel, modes) = (self.kernel(), self.model.modes().max(1));
+        let nodes = self.nodes.before(layer)..self.nodes.before(layer + 1);
+        let half = if layer.is_multiple_of(2) { 0 } else { self.half };
+        let momentum = i32::from(self.schedule.momentum);
+        let Some(gradient) = self.gradient.get_mut(half..).and_then(|g| g.get_mut(..self.half)) else {
+            return;
+        };
+        for (sums, number) in gradient.chunks_exact_mut(modes).zip(nodes) {
+            // Most nodes lie beyond the hull's reach; only momentum moves those.
+            if momentum == 0 && A::is_zero(sums) {
+                continue;
+            }
+            let reciprocal = self.reciprocals.get(number).copied().unwrap_or_default();
+            for sum in sums.iter_mut() {
+                *sum = A::ratio(*sum, reciprocal, kernel);
+            }
+            let place = number * modes..(number + 1) * modes;
+            let Some(weights) = self.weights.get_mut(place.clone()) else { return };
+            move_node::<A>(weights, self.previous.get_mut(place), sums, &self.step_gains, momentum);
+            sums.fill(A::Sum::default());
         }
     }
 
@@ -292,15 +429,12 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         self.smooth(kernel.radius, lanes);
         let nodes = self.gradient.as_chunks_mut::<GROUP>().0;
         for (sums, &reciprocal) in nodes.iter_mut().zip(self.reciprocals.iter()) {
-            if A::is_zero(sums) {
-                continue;
-            }
             for sum in sums {
                 *sum = A::ratio(*sum, reciprocal, kernel);
             }
         }
         self.smooth(kernel.radius, lanes);
-        self.move_weights(group * GROUP, self.gains_of(group, kernel));
+        self.move_group(group * GROUP, lanes);
     }
 
     /// Box sums of the first `lanes` modes of the group.
@@ -311,42 +445,18 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         }
     }
 
-    /// μ g / (2 r + 1)³ for the modes of a group.
-    fn gains_of(&self, group: usize, kernel: Kernel) -> [A::Gain; GROUP] {
-        let pass = self.schedule.passes.get(self.pass);
-        let mu = f64::from(pass.and_then(|pass| pass.steps.get(self.iteration)).copied().unwrap_or(0.0));
-        let mut gains = [A::Gain::default(); GROUP];
-        for (k, gain) in (group * GROUP..self.model.modes()).zip(&mut gains) {
-            *gain = A::gain(mu, f64::from(self.model.gain(k)), kernel);
-        }
-        gains
-    }
-
-    /// One step of the modes from `first` on at all nodes.
+    /// One step of `lanes` modes from `first` on at all nodes.
     #[inline(never)]
-    fn move_weights(&mut self, first: usize, gains: [A::Gain; GROUP]) {
+    fn move_group(&mut self, first: usize, lanes: usize) {
         let modes = self.model.modes().max(1);
         let momentum = i32::from(self.schedule.momentum);
+        let gains = self.step_gains.get(first..).and_then(|gains| gains.get(..lanes)).unwrap_or(&[]);
         let mut previous = self.previous.chunks_exact_mut(modes);
         let nodes = self.weights.chunks_exact_mut(modes).zip(self.gradient.as_chunks::<GROUP>().0);
         for (weights, sums) in nodes {
-            // Most nodes lie beyond the hull's reach; only momentum moves those.
-            if momentum == 0 && A::is_zero(sums) {
-                continue;
-            }
-            let weights = weights.iter_mut().skip(first).zip(sums).zip(&gains);
-            match previous.next() {
-                None => weights.for_each(|((weight, &boxed), &gain)| {
-                    *weight = A::step(*weight, *weight, 0, boxed, gain);
-                }),
-                Some(previous) => {
-                    for (((weight, &boxed), &gain), previous) in weights.zip(previous.iter_mut().skip(first))
-                    {
-                        let next = A::step(*weight, *previous, momentum, boxed, gain);
-                        (*previous, *weight) = (*weight, next);
-                    }
-                }
-            }
+            let previous = previous.next().and_then(|node| node.get_mut(first..));
+            let Some(weights) = weights.get_mut(first..) else { return };
+            move_node::<A>(weights, previous, sums, gains, momentum);
         }
     }
 
@@ -358,9 +468,9 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
             weights: self.weights,
             modes: self.model.modes(),
         };
-        let (stride, mut masks) = (self.stride, [0; MAX_BRICK_ROWS]);
+        let mut masks = [0; MAX_BRICK_ROWS];
         field.walk(brick, self.cell, brick.row_masks(&mut masks), |voxel, sum| {
-            visit(brick.first + voxel, A::distance(brick.mean(voxel), sum, stride));
+            visit(brick.first + voxel, A::distance(brick.mean(voxel), sum));
         });
     }
 
@@ -386,6 +496,29 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
     /// The active nodes.
     pub const fn nodes(&self) -> &NodeMap<'b> {
         &self.nodes
+    }
+}
+
+/// V <- clamp(V + β (V - V_prev) - gain · U) at one node.
+#[inline(always)]
+fn move_node<A: Arithmetic>(
+    weights: &mut [A::Weight],
+    previous: Option<&mut [A::Weight]>,
+    sums: &[A::Sum],
+    gains: &[A::Gain],
+    momentum: i32,
+) {
+    let weights = weights.iter_mut().zip(sums).zip(gains);
+    match previous {
+        None => weights.for_each(|((weight, &boxed), &gain)| {
+            *weight = A::step(*weight, *weight, 0, boxed, gain);
+        }),
+        Some(previous) => {
+            for (((weight, &boxed), &gain), previous) in weights.zip(previous) {
+                let next = A::step(*weight, *previous, momentum, boxed, gain);
+                (*previous, *weight) = (*weight, next);
+            }
+        }
     }
 }
 

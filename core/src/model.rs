@@ -241,6 +241,10 @@ impl<'a> Model<'a> {
 
     fn check_bricks(&self) -> Result<(), Error> {
         let (mut first, mut offset) = (0usize, 0usize);
+        let cells = self.directory.chunks_exact(ENTRY_BYTES).map(|entry| read_u32(entry, 0));
+        if !cells.is_sorted_by(|a, b| a < b) {
+            return Err(Error::Inconsistent(Part::Directory));
+        }
         for (index, entry) in self.directory.chunks_exact(ENTRY_BYTES).enumerate() {
             let brick = self.brick(index).ok_or(Error::Inconsistent(Part::Brick))?;
             if brick.first != first || read_u32(entry, 8) as usize != offset {
@@ -299,6 +303,11 @@ impl<'a> Brick<'a> {
     /// Exponents E of the modes: b' = basis · 2^-E.
     pub const fn exponents(&self) -> &'a [u8] {
         self.exponents
+    }
+
+    /// The least exponent of the modes.
+    pub fn least_exponent(&self) -> u8 {
+        self.exponents.iter().fold(MAX_EXPONENT, |least, &exponent| least.min(exponent))
     }
 
     /// Mean distance of a voxel, 1/256 voxel.

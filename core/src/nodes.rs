@@ -2,10 +2,10 @@
 //!
 //! They are numbered in x-fastest order through a bit set with running counts.
 
-use crate::cells::Cell;
+use crate::cells::{Cell, cells};
 use crate::error::{Buffer, Error};
 use crate::grid::{linear, position, product};
-use crate::model::Model;
+use crate::model::{MAX_BRICK_ROWS, Model};
 use crate::workspace::first;
 
 /// Words of the map for a grid of `nodes` nodes.
@@ -29,25 +29,46 @@ impl<'b> NodeMap<'b> {
     /// A buffer that is too small.
     pub fn new(model: &Model<'_>, stride: u8, words: &'b mut [u32]) -> Result<Self, Error> {
         let words = first(words, map_len(model.grid().nodes(stride)), Buffer::Nodes)?;
-        Ok(Self::of(model.grid().node_sides(stride), |node| is_active(model, stride, node), words))
+        let sides = model.grid().node_sides(stride);
+        words.fill(0);
+        let mut masks = [0; MAX_BRICK_ROWS];
+        for brick in model.bricks() {
+            let stored = brick.row_masks(&mut masks);
+            for cell in cells(&brick, stride).filter(|cell| cell.any(&brick, stored, stride)) {
+                (0..8).for_each(|c| mark(words, linear(cell.corner_node(c), sides)));
+            }
+        }
+        Ok(Self::numbered(sides, words))
     }
 
     /// The map of a grid of nodes from a test for each.
+    #[cfg(test)]
     pub(crate) fn of(sides: [u16; 3], is_active: impl Fn(usize) -> bool, words: &'b mut [u32]) -> Self {
-        let nodes = product(sides);
+        words.fill(0);
+        (0..product(sides)).filter(|&node| is_active(node)).for_each(|node| mark(words, node));
+        Self::numbered(sides, words)
+    }
+
+    /// Counts the marked nodes.
+    fn numbered(sides: [u16; 3], words: &'b mut [u32]) -> Self {
         let mut active = 0;
-        for (block, pair) in words.chunks_exact_mut(2).enumerate() {
-            let [bits, before] = pair else { continue };
-            (*bits, *before) = (0, active);
-            for bit in 0..32 {
-                let node = block * 32 + bit;
-                if node < nodes && is_active(node) {
-                    *bits |= 1 << bit;
-                    active += 1;
-                }
-            }
+        for [bits, before] in words.as_chunks_mut().0 {
+            *before = active;
+            active += bits.count_ones();
         }
         Self { sides, words, active: active as usize }
+    }
+
+    /// Active nodes in the layers before layer `z`.
+    pub fn before(&self, z: u16) -> usize {
+        let [x, y, _] = self.sides;
+        let index = product([x, y, z]);
+        match self.words.get(index / 32 * 2..).and_then(|words| words.first_chunk()) {
+            Some([bits, before]) => {
+                *before as usize + (bits & ((1 << (index % 32)) - 1)).count_ones() as usize
+            }
+            None => self.active,
+        }
     }
 
     /// Nodes along x, y and z.
@@ -78,20 +99,6 @@ impl<'b> NodeMap<'b> {
         [a, a + 1, b, b + 1, c, c + 1, d, d + 1]
     }
 
-    /// For each node of the grid in turn, whether it is active; then for the rest of the last word.
-    pub fn bits(&self) -> impl Iterator<Item = bool> + '_ {
-        let mut words = self.words.as_chunks::<2>().0.iter();
-        let (mut word, mut left) = (0u32, 0u32);
-        core::iter::from_fn(move || {
-            if left == 0 {
-                (word, left) = (words.next()?[0], 32);
-            }
-            let active = word & 1 != 0;
-            (word, left) = (word >> 1, left - 1);
-            Some(active)
-        })
-    }
-
     /// Visits the active nodes in the order of their numbers: number, position in the dense field.
     #[inline]
     pub fn for_each(&self, mut visit: impl FnMut(usize, usize)) {
@@ -107,9 +114,33 @@ impl<'b> NodeMap<'b> {
     }
 }
 
-/// Number of active nodes, counted without a buffer.
-pub fn count(model: &Model<'_>, stride: u8) -> usize {
-    (0..model.grid().nodes(stride)).filter(|&node| is_active(model, stride, node)).count()
+fn mark(words: &mut [u32], node: usize) {
+    if let Some(bits) = words.get_mut(node / 32 * 2) {
+        *bits |= 1 << (node % 32);
+    }
+}
+
+/// How many active nodes a model has, and how many of them its widest layer of constant z.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Extent {
+    /// Active nodes.
+    pub active: usize,
+    /// Active nodes of the widest layer.
+    pub widest: usize,
+}
+
+impl Extent {
+    /// Counts without a buffer.
+    pub fn of(model: &Model<'_>, stride: u8) -> Self {
+        let [width, height, depth] = model.grid().node_sides(stride);
+        let area = product([width, height, 1]);
+        let layer =
+            |z: usize| (z * area..(z + 1) * area).filter(|&node| is_active(model, stride, node)).count();
+        (0..usize::from(depth)).map(layer).fold(Self::default(), |extent, nodes| Self {
+            active: extent.active + nodes,
+            widest: extent.widest.max(nodes),
+        })
+    }
 }
 
 fn is_active(model: &Model<'_>, stride: u8, node: usize) -> bool {

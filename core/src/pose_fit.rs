@@ -11,6 +11,11 @@
 //! (Jᵀ W J + diag(λ I, 0) + 10⁻⁶ Σw) x = -(Jᵀ W r + [λ v; 0]),   λ = 0.001 Σw mm²
 //! ```
 //!
+//! What the modes cannot explain is smooth: neighbouring points share it, and counted one by one they would drag
+//! the pose along. So each run of [`PATCH`] points, neighbours if the cloud is in the order of a space-filling
+//! curve, has an offset β of its own with the prior κ β², κ = 1 (one point's weight). It is eliminated at once: with
+//! s = Σ w row over the run, JᵀWJ loses s sᵀ / (Σw + κ) and JᵀWr loses s Σ(w r) / (Σw + κ).
+//!
 //! Steps are limited to 0.15 rad, 5 % and 8 mm. The rigid iterations use the far field where the band is
 //! not stored. Arithmetic is f32 through libm, sums in a fixed order: the same bits on every processor.
 
@@ -25,6 +30,10 @@ use core::ops::Range;
 
 /// Points taken in one step.
 const CHUNK: usize = 64;
+/// Points that share an offset; divides [`CHUNK`].
+const PATCH: usize = 32;
+/// Prior κ of the offset.
+const OFFSET_PRIOR: f32 = 1.0;
 /// Pose unknowns: turn, shift, growth.
 const POSE: usize = 7;
 /// Fewest points that can hold seven unknowns.
@@ -57,7 +66,7 @@ pub struct PoseBuffers<'b> {
     pub normal: &'b mut [f64],
     /// [`sums_len`] elements.
     pub chunk: &'b mut [f32],
-    /// One a mode: b' at a point, then the row.
+    /// [`row_len`] elements: a point's row, and the sum of its patch's rows.
     pub row: &'b mut [f32],
     /// Weights v, one a mode, standard deviations.
     pub weights: &'b mut [f32],
@@ -77,7 +86,7 @@ pub const fn sums_len(modes: usize) -> usize {
 
 /// Elements of `row`.
 pub const fn row_len(modes: usize) -> usize {
-    modes + POSE
+    2 * (modes + POSE)
 }
 
 /// How well the points lie on the model.
@@ -206,16 +215,29 @@ impl<'a, 'b> PoseFit<'a, 'b> {
     }
 
     fn add_chunk(&mut self, points: Range<usize>, round: &Round) {
+        self.buffers.chunk.fill(0.0);
+        for start in points.clone().step_by(PATCH) {
+            self.add_patch(start..(start + PATCH).min(points.end), round);
+        }
+        for (sum, &part) in self.buffers.normal.iter_mut().zip(self.buffers.chunk.iter()) {
+            *sum += f64::from(part);
+        }
+    }
+
+    /// Adds the points of a patch to the chunk, and takes out what its own offset explains.
+    fn add_patch(&mut self, points: Range<usize>, round: &Round) {
         let modes = if round.shape { self.model.modes() } else { 0 };
         let unknowns = modes + POSE;
-        self.buffers.chunk.fill(0.0);
+        let (row, rest) = self.buffers.row.split_at_mut_checked(unknowns).unwrap_or_default();
+        let sums = rest.get_mut(..unknowns).unwrap_or_default();
+        sums.fill(0.0);
+        let (mut total, mut pull) = (0.0, 0.0);
         let centre = self.pose.apply(self.mean);
         for index in points {
             // At least FEWEST points, so never a division by zero.
             let index = index.saturating_mul(self.cloud.len()).checked_div(self.count).unwrap_or(0);
             let Some((point, _)) = self.cloud.point(index) else { continue };
             let q = self.pose.apply(point);
-            let row = self.buffers.row.get_mut(..unknowns).unwrap_or(&mut []);
             let Some((residual, weight)) = fill_row(self.model, q, centre, round, self.buffers.weights, row)
             else {
                 continue;
@@ -224,9 +246,12 @@ impl<'a, 'b> PoseFit<'a, 'b> {
             self.running.squared += weight * residual * residual;
             self.running.on_support += 1;
             add_row(self.buffers.chunk, row, residual, weight);
+            sums.iter_mut().zip(row.iter()).for_each(|(sum, &value)| *sum += weight * value);
+            (total, pull) = (total + weight, pull + weight * residual);
         }
-        for (sum, &part) in self.buffers.normal.iter_mut().zip(self.buffers.chunk.iter()) {
-            *sum += f64::from(part);
+        // Without the shape there is nothing that the offset could be the rest of.
+        if round.shape {
+            remove_offset(self.buffers.chunk, sums, total, pull);
         }
     }
 
@@ -319,8 +344,48 @@ fn add_row(sums: &mut [f32], row: &[f32], residual: f32, weight: f32) {
     }
 }
 
+/// Takes a patch's offset out of the sums: `patch` is Σ w row, `total` Σ w and `pull` Σ w r.
+fn remove_offset(sums: &mut [f32], patch: &mut [f32], total: f32, pull: f32) {
+    let share = total + OFFSET_PRIOR;
+    patch.iter_mut().for_each(|sum| *sum /= share);
+    add_row(sums, patch, pull / share, -share);
+}
+
 /// The vector, shortened to `limit`.
 fn limited(v: [f32; 3], limit: f32) -> [f32; 3] {
     let length = libm::sqrtf(dot(v, v));
     if length > limit { v.map(|c| c * limit / length) } else { v }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use std::vec::Vec;
+
+    /// Two unknowns and an offset: eliminating the offset gives what solving for all three gives.
+    #[test]
+    fn an_eliminated_offset_is_an_unknown_that_was_solved_for() {
+        let points = [([1.0, 0.5], 0.3, 1.0), ([-0.5, 2.0], -0.7, 0.5), ([0.25, -1.0], 1.1, 0.8)];
+        let (mut sums, mut patch) = ([0.0f32; packed(2) + 2], [0.0f32; 2]);
+        let mut whole = [0.0f32; packed(3) + 3];
+        let (mut total, mut pull) = (0.0, 0.0);
+        for (row, residual, weight) in points {
+            add_row(&mut sums, &row, residual, weight);
+            let [a, b] = row;
+            add_row(&mut whole, &[a, b, 1.0], residual, weight);
+            patch.iter_mut().zip(row).for_each(|(sum, value)| *sum += weight * value);
+            (total, pull) = (total + weight, pull + weight * residual);
+        }
+        whole[packed(3) - 1] += OFFSET_PRIOR;
+        remove_offset(&mut sums, &mut patch, total, pull);
+        let solved = |sums: &[f32], unknowns: usize| {
+            let mut sums: Vec<f64> = sums.iter().map(|&v| f64::from(v)).collect();
+            let (matrix, vector) = sums.split_at_mut(packed(unknowns));
+            solve(matrix, vector);
+            vector.to_vec()
+        };
+        let (short, long) = (solved(&sums, 2), solved(&whole, 3));
+        assert!(short.iter().zip(&long).all(|(a, b)| (a - b).abs() < 1e-4), "{short:?} {long:?}");
+    }
 }

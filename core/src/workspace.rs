@@ -4,12 +4,11 @@ use crate::arithmetic::Arithmetic;
 use crate::box_filter::dense_len;
 use crate::completion::Memory;
 use crate::error::{Buffer, Error};
-use crate::field::ends_len;
 use crate::global_fit::normal_len;
-use crate::gradient::{GROUP, shares_len};
+use crate::gradient::GROUP;
 use crate::hull_rows::rows_len;
 use crate::model::Model;
-use crate::nodes::{count, map_len};
+use crate::nodes::{Extent, map_len};
 use crate::pose_fit::{row_len, sums_len};
 use crate::schedule::Schedule;
 
@@ -36,7 +35,7 @@ pub struct Sizes {
     pub residuals: usize,
     /// Masks of the hull's rows, u8.
     pub hull_rows: usize,
-    /// Gradients of a group of modes.
+    /// Gradients of a group of modes, or of all modes in two layers of nodes.
     pub gradient: usize,
     /// Dense node field, and the lines of the box filter.
     pub dense: usize,
@@ -44,7 +43,7 @@ pub struct Sizes {
     pub reciprocals: usize,
     /// Node map, u32.
     pub nodes: usize,
-    /// Ends of a row, shares of a cell.
+    /// Weights and shares of a cell.
     pub cell: usize,
     /// Normal equations of the global fit, f64.
     pub normal: usize,
@@ -66,7 +65,7 @@ impl Sizes {
     pub fn required(model: &Model<'_>, schedule: &Schedule<'_>) -> Result<Self, Error> {
         let stride = schedule.check(model)?.voxels;
         let (modes, voxels) = (model.modes(), model.voxels());
-        let (active, nodes) = (count(model, stride), model.grid().nodes(stride));
+        let (Extent { active, widest }, nodes) = (Extent::of(model, stride), model.grid().nodes(stride));
         let weights = active * modes;
         Ok(Self {
             targets: voxels,
@@ -74,7 +73,7 @@ impl Sizes {
             previous: if schedule.momentum == 0 { 0 } else { weights },
             residuals: voxels,
             hull_rows: rows_len(model),
-            gradient: active * GROUP,
+            gradient: gradient_len(Extent { active, widest }, modes),
             dense: dense_len(model.grid().node_sides(stride)),
             reciprocals: active,
             nodes: map_len(nodes),
@@ -124,7 +123,7 @@ impl Sizes {
             + size_of::<A::Residual>() * self.residuals
             + size_of::<A::Sum>() * (self.gradient + self.dense)
             + size_of::<A::Reciprocal>() * self.reciprocals
-            + size_of::<A::Coefficient>() * self.cell
+            + size_of::<A::Row>() * self.cell
             + 4 * (self.nodes + self.block)
             + 8 * (self.normal + self.global + self.pose_sums)
             + 4 * (self.pose_sums + self.pose_row + self.global)
@@ -142,7 +141,7 @@ pub struct Workspace<'b, A: Arithmetic> {
     pub residuals: &'b mut [A::Residual],
     /// Masks of the hull's rows.
     pub hull_rows: &'b mut [u8],
-    /// Gradients of a group of modes at the active nodes, mode fastest.
+    /// Gradients of a group of modes at the active nodes, or of all modes in two layers of nodes, mode fastest.
     pub gradient: &'b mut [A::Sum],
     /// A field over all nodes, and the lines of the box filter.
     pub dense: &'b mut [A::Sum],
@@ -150,8 +149,8 @@ pub struct Workspace<'b, A: Arithmetic> {
     pub reciprocals: &'b mut [A::Reciprocal],
     /// Numbers of the active nodes.
     pub nodes: &'b mut [u32],
-    /// Ends of a row, shares of a cell.
-    pub cell: &'b mut [A::Coefficient],
+    /// Weights of a cell, one row a mode, then the shares of its voxels.
+    pub cell: &'b mut [A::Row],
 }
 
 impl<A: Arithmetic> Default for Workspace<'_, A> {
@@ -170,9 +169,16 @@ impl<A: Arithmetic> Default for Workspace<'_, A> {
     }
 }
 
-/// Elements of [`Workspace::cell`]: the ends of a row, then the shares of a cell.
-pub(crate) fn cell_len(modes: usize, stride: u8) -> usize {
-    ends_len(modes).max(shares_len(stride))
+/// Elements of [`Workspace::cell`]: a row for each mode, and one for each voxel of a cell.
+pub(crate) const fn cell_len(modes: usize, stride: u8) -> usize {
+    let q = stride as usize;
+    modes + q * q * q
+}
+
+/// Elements of [`Workspace::gradient`].
+pub(crate) const fn gradient_len(extent: Extent, modes: usize) -> usize {
+    let (group, layers) = (extent.active * GROUP, 2 * extent.widest * modes);
+    if group > layers { group } else { layers }
 }
 
 impl<A: Arithmetic> Workspace<'_, A> {

@@ -62,7 +62,7 @@ pub struct Buffers<A: Arithmetic> {
     pub dense: Vec<A::Sum>,
     pub reciprocals: Vec<A::Reciprocal>,
     pub nodes: Vec<u32>,
-    pub cell: Vec<A::Coefficient>,
+    pub cell: Vec<A::Row>,
 }
 
 impl<A: Arithmetic> Buffers<A> {
@@ -85,7 +85,7 @@ impl<A: Arithmetic> Buffers<A> {
             dense: vec![A::Sum::default(); sizes.dense],
             reciprocals: vec![A::Reciprocal::default(); sizes.reciprocals],
             nodes: vec![0; sizes.nodes],
-            cell: vec![A::Coefficient::default(); sizes.cell],
+            cell: vec![A::Row::default(); sizes.cell],
         }
     }
 

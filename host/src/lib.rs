@@ -3,6 +3,7 @@
 //! Data flows one way: scan → pose → hull → global fit → local fit → surface.
 
 pub mod bvh;
+pub mod check;
 pub mod cli;
 pub mod complete;
 pub mod correspondence;

@@ -27,6 +27,28 @@ pub struct PackedPoints {
 }
 
 impl OrientedPoints {
+    /// The points in the order of a Morton curve: neighbours in the list are neighbours in space.
+    #[must_use]
+    pub fn along_curve(&self) -> Self {
+        let low = self.points.iter().fold(Vector::repeat(f64::MAX), |low, p| low.inf(&p.coords));
+        let high = self.points.iter().fold(Vector::repeat(f64::MIN), |high, p| high.sup(&p.coords));
+        let cell = ((high - low).max() / 1024.0).max(f64::MIN_POSITIVE);
+        let code = |p: &Point| {
+            let at = ((p.coords - low) / cell).map(|c| (c as u32).min(1023));
+            (0..10).fold(0u32, |code, bit| {
+                code | (at.x >> bit & 1) << (3 * bit)
+                    | (at.y >> bit & 1) << (3 * bit + 1)
+                    | (at.z >> bit & 1) << (3 * bit + 2)
+            })
+        };
+        let mut order: Vec<usize> = (0..self.points.len()).collect();
+        order.sort_by_cached_key(|&i| (code(&self.points[i]), i));
+        Self {
+            points: order.iter().map(|&i| self.points[i]).collect(),
+            normals: order.iter().map(|&i| self.normals[i]).collect(),
+        }
+    }
+
     /// The points as integers, in the finest step that holds them.
     pub fn packed(&self) -> PackedPoints {
         let extent = self.points.iter().map(|p| p.coords.amax()).fold(0.0, f64::max);

@@ -5,6 +5,7 @@ pub mod device_memory;
 pub mod firmware;
 pub mod fuzz;
 pub mod line;
+pub mod nasty;
 pub mod program;
 pub mod rubbish;
 pub mod small;

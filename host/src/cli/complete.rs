@@ -2,7 +2,9 @@
 
 use super::inputs::{self, Subject};
 use super::{Common, Failure, bar, say};
+use crate::check::alternatives;
 use crate::complete::merge::MEASURED;
+use crate::complete::verdict::Grade;
 use crate::complete::{self, Completion, Hint, Options, Start, complete_by, fit_here, picture};
 use crate::fit::{Digests, Fit};
 use crate::io::{self, PlyOut};
@@ -40,6 +42,9 @@ pub struct Complete {
     /// How much finer than the model's grid the surface is extracted
     #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=4))]
     finer: u8,
+    /// Keep what is not part of the class (hair, collar, table) in the mesh: separate pieces with label 2
+    #[arg(long)]
+    keep_clutter: bool,
     /// Keep the previous weights for a heavy-ball term instead of varying the step lengths
     #[arg(long)]
     momentum: bool,
@@ -58,10 +63,21 @@ struct Report<'a> {
     specks_removed: usize,
     scan_to_model: [[f64; 4]; 4],
     verdict: &'a complete::verdict::Verdict,
+    clutter: Clutter,
     hull_voxels: u32,
     buffer_bytes: usize,
     digests: Digests,
     seconds: f64,
+    notes: Vec<String>,
+}
+
+/// What of the scan is not part of the class; areas in the model's unit squared.
+#[derive(serde::Serialize)]
+struct Clutter {
+    points: usize,
+    share: f64,
+    area: f64,
+    kept: bool,
 }
 
 impl Complete {
@@ -85,16 +101,31 @@ impl Complete {
         let bytes = self.subject.model_bytes()?;
         let model = self.subject.model(&bytes)?;
         let factor = self.subject.factor(&model);
-        let scan = self.subject.mesh(&model)?;
+        let (scan, notes) = self.subject.mesh(&model)?;
         let start = std::time::Instant::now();
         self.check_outputs()?;
         let options = self.options(&model)?;
-        let completion = complete_by(&model, &scan, &options, |start| fit(&model, start, &options))
+        let mut completion = complete_by(&model, &scan, &options, |start| fit(&model, start, &options))
             .map_err(|error| self.subject.named(&error))?;
         let seconds = start.elapsed().as_secs_f64();
+        self.advise(&model, &mut completion);
         self.write(&completion, &model, factor)?;
-        self.tell(common, &completion, &model, seconds);
+        self.tell(common, &completion, &model, (seconds, notes));
         Ok(())
+    }
+
+    /// After a pose that explains little: what would make the scan fit.
+    fn advise(&self, model: &Model<'_>, completion: &mut Completion) {
+        let verdict = &mut completion.verdict;
+        if verdict.grade == Grade::Reject && self.pose.is_none() && self.pose_hint.is_none() {
+            let [inliers, runner_up] = verdict.pose_inliers;
+            verdict.reasons.extend(alternatives::advice(
+                model,
+                &completion.scan,
+                self.subject.seed,
+                inliers.max(runner_up),
+            ));
+        }
     }
 
     fn options(&self, model: &Model<'_>) -> Result<Options<'static>, Failure> {
@@ -136,7 +167,11 @@ impl Complete {
 
     fn write(&self, completion: &Completion, model: &Model<'_>, factor: f64) -> Result<(), Failure> {
         let back = |mesh: &Mesh| inputs::scaled(mesh.clone(), 1.0 / factor);
-        let merged = &completion.merged;
+        let merged = if self.keep_clutter {
+            &completion.clutter.append_to(&completion.merged)
+        } else {
+            &completion.merged
+        };
         let mesh = back(&merged.mesh);
         let colours = picture::colours(&merged.labels);
         let distances: Vec<f32> = merged.distances.iter().map(|d| d / factor as f32).collect();
@@ -150,7 +185,8 @@ impl Complete {
                 env!("CARGO_PKG_VERSION"),
                 model.header().class
             ),
-            "label 1: measured, 0: inferred; distance: to the scan, in its unit".into(),
+            "label 1: measured, 0: inferred, 2: not part of the class; distance: to the scan, in its unit"
+                .into(),
         ];
         io::write_ply(&self.output, &out)?;
         for (path, mesh) in
@@ -167,7 +203,13 @@ impl Complete {
         Ok(())
     }
 
-    fn tell(&self, common: &Common, completion: &Completion, model: &Model<'_>, seconds: f64) {
+    fn tell(
+        &self,
+        common: &Common,
+        completion: &Completion,
+        model: &Model<'_>,
+        (seconds, notes): (f64, Vec<String>),
+    ) {
         let measured = completion.merged.labels.iter().filter(|&&l| l == MEASURED).count();
         let report = Report {
             scan: self.subject.name(),
@@ -181,10 +223,17 @@ impl Complete {
             specks_removed: completion.specks,
             scan_to_model: inputs::matrix(&completion.placed, model),
             verdict: &completion.verdict,
+            clutter: Clutter {
+                points: completion.clutter.mesh.points.len(),
+                share: completion.clutter.share,
+                area: completion.clutter.area,
+                kept: self.keep_clutter,
+            },
             hull_voxels: completion.fit.outcome.hull_voxels,
             buffer_bytes: completion.fit.buffer_bytes,
             digests: completion.fit.digests,
             seconds,
+            notes,
         };
         if common.json {
             say(&serde_json::to_string_pretty(&report).unwrap_or_default());
@@ -196,6 +245,7 @@ impl Complete {
         for reason in &verdict.reasons {
             say(&format!("                {reason}"));
         }
+        report.notes.iter().for_each(|note| say(&format!("note            {note}")));
         say(&format!(
             "inliers         {:.1} % of the scan near the model lies on it",
             100.0 * verdict.inlier_share
@@ -206,6 +256,14 @@ impl Complete {
             100.0 * verdict.inferred_share,
             verdict.inferred_area
         ));
+        let Clutter { points, share, area, kept } = report.clutter;
+        if points > 0 {
+            let how = if kept { "kept with label 2" } else { "left out (--keep-clutter keeps it)" };
+            say(&format!(
+                "not the class   {:.0} % of the scan, {area:.0} {symbol}2, {points} points: {how}",
+                100.0 * share
+            ));
+        }
         say(&format!("weights         {:.2} deviations rms", verdict.weight_norm));
         say(&format!("scale           {:.3} of the class", verdict.scale));
         say(&format!(

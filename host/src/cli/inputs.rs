@@ -1,6 +1,8 @@
 //! What several subcommands read: models, scans, units, poses.
 
 use super::Failure;
+use crate::check;
+use crate::check::alternatives::Alternative;
 use crate::io;
 use crate::mesh::{Mesh, Point};
 use crate::register::Placed;
@@ -14,7 +16,7 @@ use std::path::{Path, PathBuf};
 /// A scan and the model it belongs to, as `complete` and `register` take them.
 #[derive(clap::Args)]
 pub struct Subject {
-    /// The scan: PLY, OBJ, STL, XYZ, depth PNG, scan.json, or a folder with one [default: the example scan]
+    /// The scan: PLY, OBJ, STL, PCD, XYZ, depth PNG, scan.json, or a folder with one [default: the example scan]
     pub scan: Option<PathBuf>,
     /// The shape model [default: the built-in one]
     #[arg(short, long)]
@@ -22,6 +24,9 @@ pub struct Subject {
     /// Unit of the scan, if it is not the model's: mm, m, in, um
     #[arg(long, value_parser = unit::parse)]
     unit: Option<Unit>,
+    /// Turn the scan's triangles or normals round: for scans that face inwards
+    #[arg(long)]
+    flip: bool,
     /// Seed of the search for the pose
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
@@ -44,9 +49,13 @@ impl Subject {
         unit::millimetres(self.unit.unwrap_or(own)) / unit::millimetres(own)
     }
 
-    /// The scan in the model's unit.
-    pub fn mesh(&self, model: &Model<'_>) -> Result<Mesh, Failure> {
-        Ok(scaled(scan(self.scan.as_deref())?, self.factor(model)))
+    /// The scan in the model's unit, checked and repaired, and what was found.
+    pub fn mesh(&self, model: &Model<'_>) -> Result<(Mesh, Vec<String>), Failure> {
+        let mut mesh = scaled(scan(self.scan.as_deref())?, self.factor(model));
+        if self.flip {
+            mesh = Alternative::Flipped.of(&mesh);
+        }
+        check::scan(mesh, model).usable().map_err(|refused| self.named(&refused))
     }
 
     /// What the scan is called in reports.

@@ -1,10 +1,13 @@
 //! The command line: one file a subcommand, all errors as sentences.
 
+mod bug;
+mod check;
 mod complete;
 mod device;
 mod evaluate;
 mod inputs;
 mod inspect;
+mod interrupt;
 mod register;
 mod synth;
 mod train;
@@ -33,12 +36,17 @@ struct Common {
     /// Threads to use; the results do not depend on it [default: all processors]
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
+    /// Refuse files that may need more memory than this: bytes, or with K, M or G
+    #[arg(long, global = true, value_name = "BYTES", value_parser = crate::io::limit::parse)]
+    max_memory: Option<u64>,
 }
 
 #[derive(Subcommand)]
 enum Command {
     /// Complete a scan: without arguments, the example scan with the built-in model
     Complete(complete::Complete),
+    /// Look for what is wrong with scans or training meshes, without using them
+    Check(check::Check),
     /// Let a device complete scans: over a serial port, TCP, or in QEMU
     Device(device::Device),
     /// Train a shape model on meshes of one class
@@ -61,6 +69,11 @@ type Failure = Box<dyn std::error::Error + Send + Sync>;
 /// Runs the program: 0 for success, 1 for data that cannot be used, 2 for wrong usage.
 pub fn run() -> ExitCode {
     let cli = Cli::parse();
+    bug::report_panics();
+    interrupt::watch();
+    if let Some(bytes) = cli.common.max_memory {
+        crate::io::limit::set(bytes);
+    }
     if let Some(threads) = cli.common.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads));
         if let Err(error) = pool.build_global() {
@@ -69,6 +82,7 @@ pub fn run() -> ExitCode {
     }
     let result = match &cli.command {
         Command::Complete(args) => args.run(&cli.common),
+        Command::Check(args) => args.run(&cli.common),
         Command::Device(args) => args.run(&cli.common),
         Command::Train(args) => args.run(&cli.common),
         Command::Evaluate(args) => args.run(&cli.common),

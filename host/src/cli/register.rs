@@ -2,6 +2,7 @@
 
 use super::inputs::{self, Subject};
 use super::{Common, Failure, say};
+use crate::check::alternatives;
 use crate::complete::clean::clean;
 use crate::complete::thinned;
 use crate::{io, register};
@@ -25,14 +26,20 @@ struct Report {
     inlier_share: f64,
     runner_up: f64,
     seconds: f64,
+    /// What is odd about the scan.
+    notes: Vec<String>,
 }
+
+/// A pose that explains less of the scan is looked into.
+const DOUBTFUL: f64 = 0.5;
 
 impl Register {
     /// Runs the subcommand.
     pub fn run(&self, common: &Common) -> Result<(), Failure> {
         let bytes = self.subject.model_bytes()?;
         let model = self.subject.model(&bytes)?;
-        let (scan, _) = clean(&self.subject.mesh(&model)?);
+        let (mesh, notes) = self.subject.mesh(&model)?;
+        let (scan, _) = clean(&mesh);
         let start = std::time::Instant::now();
         let found = register::register(&model, &scan, self.subject.seed)
             .map_err(|error| self.subject.named(&error))?;
@@ -42,12 +49,18 @@ impl Register {
             let bytes = points.packed().to_bytes(&rough.pose, false);
             io::atomic::write(path, |file| file.write_all(&bytes))?;
         }
+        let advice = if found.inliers < DOUBTFUL {
+            alternatives::advice(&model, &scan, self.subject.seed, found.inliers)
+        } else {
+            None
+        };
         let report = Report {
             scan_to_model: inputs::matrix(&found.placed, &model),
             scale: 1.0 / (f64::from(found.placed.pose.scale) * f64::from(model.header().spacing)),
             inlier_share: found.inliers,
             runner_up: found.runner_up,
             seconds,
+            notes: notes.into_iter().chain(advice).collect(),
         };
         if common.json {
             say(&serde_json::to_string_pretty(&report)?);
@@ -63,6 +76,7 @@ impl Register {
             100.0 * report.inlier_share,
             100.0 * report.runner_up
         ));
+        report.notes.iter().for_each(|note| say(&format!("note            {note}")));
         say(&format!("time            {:.2} s", report.seconds));
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! `lacuna train`.
 
 use super::{Common, Failure, bar, inputs, say};
+use crate::check;
 use crate::io;
 use crate::mesh::Mesh;
 use crate::train::align::{Align, align};
@@ -80,6 +81,7 @@ struct Report {
     bytes: usize,
     checksum: String,
     seconds: f64,
+    notes: Vec<String>,
 }
 
 impl Train {
@@ -88,6 +90,12 @@ impl Train {
         let start = std::time::Instant::now();
         let paths = expand(&self.meshes)?;
         let shapes: Vec<Mesh> = paths.par_iter().map(|path| io::read(path)).collect::<Result<_, _>>()?;
+        let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+        let set = check::training::set(shapes, &names, self.unit)?;
+        let notes: Vec<String> =
+            set.findings.iter().map(|(n, text)| format!("{}: {text}", names[*n])).collect();
+        let (numbers, shapes): (Vec<usize>, Vec<Mesh>) = set.shapes.into_iter().unzip();
+        let paths: Vec<PathBuf> = numbers.iter().map(|&number| paths[number].clone()).collect();
         let named = |number: usize, message: String| -> Failure {
             format!("{}: {message}", paths.get(number).map_or("?".into(), |p| p.display().to_string())).into()
         };
@@ -107,7 +115,7 @@ impl Train {
         progress.finish_and_clear();
         let model = inputs::model(&bytes, Some(&self.output))?;
         io::atomic::write(&self.output, |file| file.write_all(&bytes))?;
-        self.tell(common, &model, &bytes, aligned.moved, start.elapsed().as_secs_f64());
+        self.tell(common, &model, &bytes, (aligned.moved, notes, start.elapsed().as_secs_f64()));
         Ok(())
     }
 
@@ -128,7 +136,13 @@ impl Train {
         }
     }
 
-    fn tell(&self, common: &Common, model: &Model<'_>, bytes: &[u8], aligned: bool, seconds: f64) {
+    fn tell(
+        &self,
+        common: &Common,
+        model: &Model<'_>,
+        bytes: &[u8],
+        (aligned, notes, seconds): (bool, Vec<String>, f64),
+    ) {
         let header = model.header();
         let report = Report {
             output: self.output.display().to_string(),
@@ -141,11 +155,13 @@ impl Train {
             bytes: bytes.len(),
             checksum: format!("{:08x}", model.checksum()),
             seconds,
+            notes,
         };
         if common.json {
             say(&serde_json::to_string_pretty(&report).unwrap_or_default());
             return;
         }
+        report.notes.iter().for_each(|note| say(&format!("note            {note}")));
         let pose = if aligned { "aligned to each other" } else { "in one pose already, left as they are" };
         say(&format!("shapes          {} of class {}, {pose}", report.shapes, report.class));
         let symbol = unit::symbol(header.unit);

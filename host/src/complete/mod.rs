@@ -3,6 +3,7 @@
 //! scan → pose → hull → global fit → local fit → surface, in this order, each step in its own module.
 
 pub mod clean;
+pub mod clutter;
 pub mod fuse;
 pub mod merge;
 pub mod picture;
@@ -14,6 +15,7 @@ use crate::points::OrientedPoints;
 use crate::register::{self, Placed, prepare};
 use crate::sentence::sentence;
 use crate::train::distance::Surface;
+use clutter::{APART, Clutter};
 use fuse::Dense;
 use lacuna::completion::Settings;
 use lacuna::pose_fit::{ROUNDS, Round};
@@ -59,6 +61,8 @@ pub struct Completion {
     pub local: Mesh,
     /// Scan and local fit in one mesh.
     pub merged: Merged,
+    /// What of the scan is not in that mesh.
+    pub clutter: Clutter,
     /// Results of the core.
     pub fit: Fit,
     /// Judgement.
@@ -144,8 +148,9 @@ pub fn complete_by(
     let unit = class_millimetre(model, &placed);
     let limits = Limits { motion: MOTION * unit, sideways: measured.sideways };
     let merged = merge::merge(&fitted, &measured.surface, &limits);
+    let clutter = Clutter::of(&scan, &merged.mesh, APART * unit);
     let verdict = judge(model, &start, &placed, &fit, &merged, agreement);
-    Ok(Completion { scan, specks, placed, global, local, merged, fit, verdict })
+    Ok(Completion { scan, specks, placed, global, local, merged, clutter, fit, verdict })
 }
 
 /// The scan for closest point queries.

@@ -2,6 +2,7 @@
 //! completed with the inferred part highlighted; from the front and from the side that was inferred most.
 
 use super::Completion;
+use super::clutter::CLUTTER;
 use super::merge::MEASURED;
 use crate::mesh::{Mesh, Vector};
 use crate::register::Placed;
@@ -9,10 +10,17 @@ use crate::render::{CLAY, Camera, Image, Panel, picture};
 
 /// Colour of the inferred part.
 pub const INFERRED_COLOUR: [u8; 3] = [240, 146, 40];
+/// Colour of what is not part of the class.
+pub const CLUTTER_COLOUR: [u8; 3] = [118, 150, 190];
 
 /// Colours of a mesh by its labels.
 pub fn colours(labels: &[u8]) -> Vec<[u8; 3]> {
-    labels.iter().map(|&label| if label == MEASURED { CLAY } else { INFERRED_COLOUR }).collect()
+    let colour = |&label: &u8| match label {
+        MEASURED => CLAY,
+        CLUTTER => CLUTTER_COLOUR,
+        _ => INFERRED_COLOUR,
+    };
+    labels.iter().map(colour).collect()
 }
 
 /// Draws a completion; each panel is `width` × `height` pixels.

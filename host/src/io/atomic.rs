@@ -3,6 +3,7 @@
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::error::Error;
 
@@ -42,13 +43,50 @@ fn fill_directly(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()
 fn replace(target: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     // Dropped on any error below, and with it the file.
     let mut temporary = temporary_in(&folder_of(target))?;
+    let _listed = Listed::new(temporary.path());
     let mut out = BufWriter::with_capacity(1 << 16, temporary.as_file_mut());
     fill(&mut out)?;
     out.flush()?;
     drop(out);
     temporary.as_file().sync_all()?;
+    // An end on request waits for the name: the list is locked meanwhile.
+    let _waiting = list();
     temporary.persist(target).map_err(|failed| failed.error)?;
     Ok(())
+}
+
+/// Temporary files being written now.
+static TEMPORARY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+fn list() -> MutexGuard<'static, Vec<PathBuf>> {
+    TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes the temporary files of writes that will not be finished, before the program ends on request. No write
+/// goes on afterwards.
+pub fn abandon() {
+    let temporary = list();
+    for path in temporary.iter() {
+        let _ = fs::remove_file(path);
+    }
+    // Kept locked: the program ends now.
+    std::mem::forget(temporary);
+}
+
+/// A temporary file in the list, until dropped.
+struct Listed(PathBuf);
+
+impl Listed {
+    fn new(path: &Path) -> Self {
+        list().push(path.into());
+        Self(path.into())
+    }
+}
+
+impl Drop for Listed {
+    fn drop(&mut self) {
+        list().retain(|path| *path != self.0);
+    }
 }
 
 fn folder_of(path: &Path) -> PathBuf {

@@ -64,7 +64,7 @@ pub enum Problem {
     #[error("there are no vertices in it; export the mesh or point cloud itself")]
     NoVertices,
     /// Neither extension nor content name a known format.
-    #[error("the format is not known; use PLY, OBJ, STL, or text with the columns x y z")]
+    #[error("the format is not known; use PLY, OBJ, STL, PCD, or text with the columns x y z")]
     UnknownFormat,
     /// A picture where a mesh was expected.
     #[error("this is a picture; a depth image needs its scan.json, give that file or its folder")]
@@ -118,6 +118,17 @@ pub enum Problem {
         /// Values found.
         found: usize,
     },
+    /// More memory than `--max-memory` allows.
+    #[error("it may need {needed} bytes of memory, --max-memory allows {limit}; decimate it, or allow more")]
+    Memory {
+        /// Bytes it may need.
+        needed: u64,
+        /// Bytes allowed.
+        limit: u64,
+    },
+    /// A device without an end.
+    #[error("this is a device, not a file; name a file")]
+    Device,
     /// More vertices than indices of 32 bits can name.
     #[error("there are more than 4294967295 vertices; decimate the scan")]
     TooMany,

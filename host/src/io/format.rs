@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::error::{Fault, Problem};
 use super::text::{Lines, number, words};
-use super::{obj, ply, stl, xyz};
+use super::{obj, pcd, ply, stl, xyz};
 use crate::mesh::Mesh;
 
 /// A file format for meshes or point clouds.
@@ -16,6 +16,8 @@ pub enum Format {
     Obj,
     /// STL, ascii or binary.
     Stl,
+    /// Point Cloud Data, ascii, binary or compressed.
+    Pcd,
     /// Text with the columns x y z or x y z nx ny nz.
     Xyz,
 }
@@ -23,7 +25,8 @@ pub enum Format {
 impl Format {
     /// The format of a file called `path` that holds `bytes`.
     ///
-    /// An unmistakable beginning wins over the extension, the extension over a guess.
+    /// The content wins: an unmistakable beginning, then what the first lines of text are. The extension counts
+    /// where neither tells.
     ///
     /// # Errors
     /// If the file is empty, a picture, or nothing known.
@@ -35,14 +38,17 @@ impl Format {
             return Err(Problem::Picture.in_whole());
         }
         Self::by_magic(bytes)
-            .or_else(|| Self::by_extension(path))
             .or_else(|| Self::by_guess(bytes))
+            .or_else(|| Self::by_extension(path))
             .ok_or(Problem::UnknownFormat.in_whole())
     }
 
     fn by_magic(bytes: &[u8]) -> Option<Self> {
         if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
             return Some(Format::Ply);
+        }
+        if pcd::is_pcd(bytes) {
+            return Some(Format::Pcd);
         }
         (stl::is_binary(bytes) || stl::is_ascii(bytes)).then_some(Format::Stl)
     }
@@ -52,6 +58,7 @@ impl Format {
             "ply" => Some(Format::Ply),
             "obj" => Some(Format::Obj),
             "stl" => Some(Format::Stl),
+            "pcd" => Some(Format::Pcd),
             "xyz" => Some(Format::Xyz),
             _ => None,
         }
@@ -62,9 +69,17 @@ impl Format {
         let line = Lines::new(bytes).map(|(_, line)| line).find(|line| !is_remark(line))?;
         match words(line).next()? {
             b"v" | b"vn" | b"vt" | b"o" | b"g" | b"mtllib" | b"usemtl" => Some(Format::Obj),
-            word => number(word).is_ok().then_some(Format::Xyz),
+            _ => is_table(line).then_some(Format::Xyz),
         }
     }
+}
+
+/// Whether a line is the first of a table: numbers alone, three at least, or the names of its columns.
+fn is_table(line: &[u8]) -> bool {
+    let values: Vec<&[u8]> = xyz::values(line).collect();
+    let numbers = values.iter().all(|word| number(word).is_ok());
+    let named = values.iter().zip([b"x", b"y", b"z"]).all(|(word, name)| word.eq_ignore_ascii_case(name));
+    values.len() >= 3 && (numbers || named)
 }
 
 /// Whether a line of a text file is blank or a remark.
@@ -81,6 +96,7 @@ pub fn parse(format: Format, bytes: &[u8]) -> Result<Mesh, Fault> {
         Format::Ply => ply::parse(bytes),
         Format::Obj => obj::parse(bytes),
         Format::Stl => stl::parse(bytes),
+        Format::Pcd => pcd::parse(bytes),
         Format::Xyz => xyz::parse(bytes),
     }
 }
@@ -100,10 +116,17 @@ mod tests {
     }
 
     #[test]
-    fn the_extension_wins_over_a_guess() {
-        assert_eq!(detect("a.PLY", b"1 2 3"), Ok(Format::Ply));
-        assert_eq!(detect("a.obj", b"1 2 3"), Ok(Format::Obj));
-        assert_eq!(detect("a.xyz", b"v 1 2 3"), Ok(Format::Xyz));
+    fn the_extension_counts_where_the_content_does_not_tell() {
+        assert_eq!(detect("a.PLY", b"plain"), Ok(Format::Ply));
+        assert_eq!(detect("a.obj", b"mtllib"), Ok(Format::Obj));
+        assert_eq!(detect("a.xyz", b"x y z\n1 2 3"), Ok(Format::Xyz));
+    }
+
+    #[test]
+    fn text_with_a_wrong_name_is_known_by_its_lines() {
+        assert_eq!(detect("a.obj", b"1 2 3"), Ok(Format::Xyz));
+        assert_eq!(detect("a.xyz", b"v 1 2 3"), Ok(Format::Obj));
+        assert_eq!(detect("a.ply", b"VERSION .7\nFIELDS x y z"), Ok(Format::Pcd));
     }
 
     #[test]

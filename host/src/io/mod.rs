@@ -15,7 +15,9 @@ pub mod depth;
 mod error;
 mod finish;
 mod format;
+pub mod limit;
 mod obj;
+mod pcd;
 mod ply;
 mod ply_out;
 mod stl;
@@ -34,7 +36,7 @@ pub use ply_out::{PlyOut, write_ply};
 
 use crate::mesh::Mesh;
 
-/// Reads a mesh or a point cloud: PLY, OBJ, STL, or text in columns.
+/// Reads a mesh or a point cloud: PLY, OBJ, STL, PCD, or text in columns.
 ///
 /// # Errors
 /// [`Error::Read`] if the file cannot be read, [`Error::Content`] if it is not a complete and
@@ -56,7 +58,4 @@ pub fn read_scan(path: &Path) -> Result<Mesh, Error> {
     read(path)
 }
 
-/// The bytes of a file.
-fn load(path: &Path) -> Result<Vec<u8>, Error> {
-    std::fs::read(path).map_err(|cause| Error::Read { path: path.into(), cause })
-}
+use limit::load;

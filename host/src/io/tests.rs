@@ -78,7 +78,7 @@ fn is_sound(mesh: &Mesh) -> bool {
 /// Reads bytes in every way there is.
 fn read_all_ways(bytes: &[u8]) {
     let _ = Format::detect(Path::new("scan"), bytes);
-    for format in [Format::Ply, Format::Obj, Format::Stl, Format::Xyz] {
+    for format in [Format::Ply, Format::Obj, Format::Stl, Format::Pcd, Format::Xyz] {
         match parse(format, bytes) {
             Ok(mesh) => assert!(is_sound(&mesh), "{mesh:?}"),
             Err(fault) => assert!(fault.problem.to_string().contains("; ")),

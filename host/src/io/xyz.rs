@@ -1,9 +1,9 @@
-//! Point clouds as text: one point a line, `x y z` or `x y z nx ny nz`.
+//! Point clouds as text: one point a line, `x y z` or `x y z nx ny nz`, between blanks, commas or semicolons.
 
 use super::error::{Fault, Problem};
 use super::finish::{finish, is_finite};
 use super::format::is_remark;
-use super::text::{Lines, number, words};
+use super::text::{Lines, number};
 use crate::mesh::{Mesh, Point, Vector};
 
 /// Reads a point cloud. Blank lines and remarks (`#`, `//`) are skipped; all other lines must
@@ -12,7 +12,10 @@ use crate::mesh::{Mesh, Point, Vector};
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
     let mut mesh = Mesh::default();
     let mut columns = None;
-    for (line, text) in Lines::new(bytes).filter(|(_, text)| !is_remark(text)) {
+    let mut lines = Lines::new(bytes).filter(|(_, text)| !is_remark(text)).peekable();
+    // A first line that is all words names the columns.
+    lines.next_if(|(_, text)| values(text).all(is_heading));
+    for (line, text) in lines {
         let (row, found) = row(text).map_err(|problem| problem.in_line(line))?;
         let expected = *columns.get_or_insert(found);
         if found != expected {
@@ -27,11 +30,21 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
     finish(mesh)
 }
 
+/// The words of a line up to a remark, between blanks, commas, semicolons.
+pub(super) fn values(line: &[u8]) -> impl Iterator<Item = &[u8]> + Clone {
+    let end = line.iter().position(|&b| b == b'#').unwrap_or(line.len());
+    line[..end].split(|b| b.is_ascii_whitespace() || *b == b',' || *b == b';').filter(|word| !word.is_empty())
+}
+
+fn is_heading(word: &[u8]) -> bool {
+    word.first().is_some_and(u8::is_ascii_alphabetic) && number(word).is_err()
+}
+
 /// The values of a line and how many there are: three or six.
 fn row(text: &[u8]) -> Result<([f64; 6], usize), Problem> {
     let mut row = [0.0; 6];
     let mut found = 0;
-    for word in words(text) {
+    for word in values(text) {
         if let Some(value) = row.get_mut(found) {
             *value = number(word)?;
         }
@@ -81,6 +94,12 @@ mod tests {
     }
 
     #[test]
+    fn separators_headings_and_remarks_are_understood() {
+        let mesh = parse(b"x;y;z\n1;2;3 # first\n4, 5, 6\n").unwrap();
+        assert_eq!(mesh.points, [Point::new(1.0, 2.0, 3.0), Point::new(4.0, 5.0, 6.0)]);
+    }
+
+    #[test]
     fn colours_are_not_taken_for_normals() {
         assert!(parse(b"1 2 3 255 128 0\n4 5 6 0 0 1").unwrap().normals.is_empty());
     }
@@ -90,7 +109,7 @@ mod tests {
         let cases: [(&[u8], usize, Problem); 5] = [
             (b"1 2 3\n4 5", 2, Problem::Columns { expected: "3 or 6", found: 2 }),
             (b"1 2 3\n1 2 3 0 0 1", 2, Problem::Columns { expected: "3", found: 6 }),
-            (b"x y z\n1 2 3", 1, Problem::NotANumber("x".into())),
+            (b"1 2 3\n1 y 3", 2, Problem::NotANumber("y".into())),
             (b"1 2 3 4 5 6 7 8", 1, Problem::Columns { expected: "3 or 6", found: 8 }),
             (b"\n1 2 3\n1 nan 3", 3, Problem::NotFinite { vertex: 1 }),
         ];

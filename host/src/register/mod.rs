@@ -8,6 +8,7 @@ pub mod icp;
 pub mod pairs;
 pub mod search;
 
+use crate::check::size;
 use crate::mesh::{Mesh, Point, Vector};
 use crate::points::{OrientedPoints, thin};
 use crate::sentence::sentence;
@@ -92,9 +93,9 @@ impl Placed {
     }
 }
 
-/// Thinned and centred points of a scan.
+/// Thinned and centred points of a scan, neighbours in space next to each other, as the pose fit wants them.
 pub fn prepare(scan: &Mesh, cell: f64) -> (Point, OrientedPoints) {
-    let mut points = thin(scan, cell);
+    let mut points = thin(scan, cell).along_curve();
     let sum = points.points.iter().fold(Vector::zeros(), |sum, p| sum + p.coords);
     let centre = Point::from(sum / points.points.len().max(1) as f64);
     for point in &mut points.points {
@@ -218,19 +219,9 @@ fn subsample(points: &OrientedPoints, count: usize) -> OrientedPoints {
 
 /// Refuses scans that cannot be of the model's size in the model's unit.
 fn check_size(scan: &Mesh, field: &Field, model: &Model<'_>) -> Result<(), Error> {
-    const LIMIT: f64 = 6.0;
     let model_size = field.size * f64::from(model.header().spacing);
-    let Some((low, high)) = scan.bounds() else { return Err(Error::TooFewPoints(0)) };
-    let size = (high - low).max();
-    let ratio = size / model_size;
-    if ratio < LIMIT && ratio > 1.0 / LIMIT {
-        return Ok(());
-    }
-    let known = [("metres", 1e-3), ("inches", 1.0 / 25.4), ("micrometres", 1e3), ("centimetres", 0.1)];
-    let near = known.iter().find(|(_, factor)| (0.4..2.5).contains(&(ratio / factor)));
-    let hint = near.map_or("Is it a scan of this class?".into(), |(unit, _)| {
-        format!("Its size would fit if it were in {unit}: convert it, or give --unit")
-    });
+    let size = size::of_mesh(scan);
+    let Some(hint) = size::misfit(size, model_size, model.header().unit) else { return Ok(()) };
     let symbol = unit::symbol(model.header().unit);
-    Err(Error::Size { scan: size, model: model_size, unit: symbol, limit: LIMIT, hint })
+    Err(Error::Size { scan: size, model: model_size, unit: symbol, limit: size::LIMIT, hint })
 }

@@ -15,4 +15,4 @@ pub use rim::trim_rim;
 pub use topology::{Edge, Edges, boundary_edges, boundary_vertices, is_manifold, non_manifold_edges};
 
 #[cfg(test)]
-mod shapes;
+pub(crate) mod shapes;

@@ -10,16 +10,16 @@ const ROUNDS: u32 = 1 << 16;
 /// Ticks spent in the stages of a completion.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Counts {
-    ticks: [u64; 7],
-    steps: [u32; 7],
-    longest: [u32; 7],
+    ticks: [u64; 8],
+    steps: [u32; 8],
+    longest: [u32; 8],
 }
 
 /// The work that is counted.
 pub type Work = (Stage, Option<Task>);
 
 /// Its names.
-pub const WORK: [(Work, &str); 7] = [
+pub const WORK: [(Work, &str); 8] = [
     ((Stage::Pose, None), "pose"),
     ((Stage::Hull, None), "hull"),
     ((Stage::Global, None), "global"),
@@ -27,6 +27,7 @@ pub const WORK: [(Work, &str); 7] = [
     ((Stage::Local, Some(Task::Residuals)), "local residuals"),
     ((Stage::Local, Some(Task::Gradient)), "local gradient"),
     ((Stage::Local, Some(Task::Update)), "local update"),
+    ((Stage::Local, Some(Task::Sweep)), "local sweep"),
 ];
 
 impl Counts {

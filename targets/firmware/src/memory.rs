@@ -33,7 +33,7 @@ static GRADIENT: Cell<i32, { sizes::GRADIENT }> = Cell::new([0; sizes::GRADIENT]
 static DENSE: Cell<i32, { sizes::DENSE }> = Cell::new([0; sizes::DENSE]);
 static RECIPROCALS: Cell<Factor, { sizes::RECIPROCALS }> = Cell::new([Factor::ZERO; sizes::RECIPROCALS]);
 static NODES: Cell<u32, { sizes::NODES }> = Cell::new([0; sizes::NODES]);
-static CELL: Cell<<Fixed as Arithmetic>::Coefficient, { sizes::CELL }> = Cell::new([0; sizes::CELL]);
+static CELL: Cell<<Fixed as Arithmetic>::Row, { sizes::CELL }> = Cell::new([[0; 4]; sizes::CELL]);
 
 /// Hands out the points' memory and the rest; once.
 pub fn take() -> Option<(&'static mut [Packed], Memory<'static, Fixed>)> {

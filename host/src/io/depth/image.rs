@@ -3,6 +3,7 @@
 use std::io::Cursor;
 
 use crate::io::error::{Fault, Problem};
+use crate::io::limit;
 
 /// A decoded image.
 #[derive(Debug, PartialEq)]
@@ -30,12 +31,13 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Image, Fault> {
 
 /// Deflate shrinks by 1032 at most; what announces more pixels than that is not a whole image.
 fn check_size(width: usize, height: usize, bytes: usize) -> Result<(), Fault> {
-    const MOST: u64 = 1 << 28;
+    const MOST: u64 = 1 << 24;
     let pixels = (width as u64).saturating_mul(height as u64);
     if pixels > MOST {
         let what = format!("the image has {pixels} pixels, the most is {MOST}; cut or shrink it");
         return Err(Problem::Other(what).in_whole());
     }
+    limit::check(pixels * limit::PER_PIXEL).map_err(Problem::in_whole)?;
     let (needed, left) = (2 * pixels / 1032, bytes as u64);
     if needed > left {
         return Err(Problem::Truncated { what: "the image", needed, left }.in_whole());

@@ -1,0 +1,124 @@
+//! Checks before work: what is odd about a mesh, what of it is repaired, and what cannot be used.
+//!
+//! [`mesh`] looks at one mesh, [`scan`] at a scan and the size of the model it is meant for, [`training::set`] at
+//! training shapes together. What is repaired leaves the measured surface as it is: only triangles that cover
+//! nothing, copies, unused vertices and contradicting winding are touched.
+
+pub mod alternatives;
+mod amount;
+mod edges;
+mod origin;
+pub mod size;
+pub mod training;
+mod triangles;
+mod vertices;
+mod winding;
+
+use crate::mesh::Mesh;
+use serde::Serialize;
+
+/// What follows from a finding.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Severity {
+    /// Worth knowing, nothing was changed.
+    Note,
+    /// Repaired without touching the measured surface.
+    Repaired,
+    /// The data cannot be used.
+    Refused,
+}
+
+/// Something odd about a mesh: what, how much, and what to do.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Finding {
+    /// What follows from it.
+    pub severity: Severity,
+    /// A sentence without a full stop.
+    pub text: String,
+}
+
+/// A mesh that was looked at.
+#[derive(Clone, Debug, Default)]
+pub struct Checked {
+    /// The mesh, repaired.
+    pub mesh: Mesh,
+    /// What was found, in the order of the checks.
+    pub findings: Vec<Finding>,
+}
+
+/// Data that cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct Refused(String);
+
+impl Checked {
+    /// Adds something worth knowing.
+    fn note(&mut self, text: String) {
+        self.findings.push(Finding { severity: Severity::Note, text });
+    }
+
+    /// Adds a repair.
+    fn repaired(&mut self, text: String) {
+        self.findings.push(Finding { severity: Severity::Repaired, text });
+    }
+
+    /// Adds a reason not to use the mesh.
+    fn refused(&mut self, text: String) {
+        self.findings.push(Finding { severity: Severity::Refused, text });
+    }
+
+    /// Whether the mesh cannot be used.
+    pub fn is_refused(&self) -> bool {
+        self.findings.iter().any(|finding| finding.severity == Severity::Refused)
+    }
+
+    /// The mesh and the sentences about it, if it can be used.
+    ///
+    /// # Errors
+    /// The first reason against it.
+    pub fn usable(self) -> Result<(Mesh, Vec<String>), Refused> {
+        let refused = self.findings.iter().find(|finding| finding.severity == Severity::Refused);
+        match refused {
+            Some(finding) => Err(Refused(finding.text.clone())),
+            None => Ok((self.mesh, self.findings.into_iter().map(|finding| finding.text).collect())),
+        }
+    }
+}
+
+/// Looks at a mesh or cloud for itself.
+pub fn mesh(mesh: Mesh) -> Checked {
+    let mut checked = Checked { mesh, findings: Vec::new() };
+    origin::check(&mut checked);
+    if checked.mesh.triangles.is_empty() {
+        return checked;
+    }
+    triangles::check(&mut checked);
+    if checked.is_refused() {
+        return checked;
+    }
+    vertices::check(&mut checked);
+    edges::check(&mut checked);
+    winding::check(&mut checked);
+    checked
+}
+
+/// Looks at a scan in the model's unit: for itself, then at its size and amount.
+pub fn scan(scan: Mesh, model: &lacuna::Model<'_>) -> Checked {
+    let mut checked = mesh(scan);
+    if !checked.is_refused() {
+        size::check(&mut checked, model);
+    }
+    if !checked.is_refused() {
+        amount::check(&mut checked, model);
+    }
+    checked
+}
+
+/// "1 triangle", "2 triangles".
+fn counted(count: usize, what: &str, many: &str) -> String {
+    if count == 1 { format!("1 {what}") } else { format!("{count} {many}") }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,67 @@
+//! Is a scan of the model's size, and if not, in which unit would it be?
+
+use super::Checked;
+use crate::mesh::Mesh;
+use crate::register::field::Field;
+use crate::unit;
+use lacuna::Model;
+use lacuna::format::Unit;
+
+/// Largest factor between scan and model that is searched.
+pub const LIMIT: f64 = 6.0;
+/// Within this factor a size would fit.
+const FITTING: f64 = 2.5;
+
+/// Longest side of a model's mean shape, in its unit.
+pub fn of_model(model: &Model<'_>) -> f64 {
+    Field::of_model(model).size * f64::from(model.header().spacing)
+}
+
+/// Longest side of a mesh.
+pub fn of_mesh(mesh: &Mesh) -> f64 {
+    mesh.bounds().map_or(0.0, |(low, high)| (high - low).max())
+}
+
+/// Refuses a scan that cannot be of the model's size in the model's unit, and offers the unit in which it would.
+pub(super) fn check(checked: &mut Checked, model: &Model<'_>) {
+    let (scan, model_size) = (of_mesh(&checked.mesh), of_model(model));
+    if let Some(hint) = misfit(scan, model_size, model.header().unit) {
+        let symbol = unit::symbol(model.header().unit);
+        checked.refused(format!(
+            "the scan is {scan:.4} {symbol} long and the model {model_size:.4} {symbol}: they differ by more \
+             than a factor of {LIMIT}. {hint}"
+        ));
+    }
+}
+
+/// What to do about a size that does not fit; none if it does.
+pub fn misfit(scan: f64, model: f64, own: Unit) -> Option<String> {
+    let ratio = scan / model;
+    if ratio < LIMIT && ratio > 1.0 / LIMIT {
+        return None;
+    }
+    Some(unit_of(ratio, own).unwrap_or_else(|| "Is it a scan of this class?".into()))
+}
+
+/// The unit in which a mesh that is `ratio` times too long, taken as `own`, would come nearest to the right size.
+pub fn unit_of(ratio: f64, own: Unit) -> Option<String> {
+    const CENTIMETRE: f64 = 10.0;
+    let known = [
+        (Some(Unit::Millimetre), "millimetres"),
+        (Some(Unit::Metre), "metres"),
+        (Some(Unit::Inch), "inches"),
+        (Some(Unit::Micrometre), "micrometres"),
+        (None, "centimetres"),
+    ];
+    let off = |unit: Option<Unit>| {
+        let millimetres = unit.map_or(CENTIMETRE, unit::millimetres);
+        (ratio * millimetres / unit::millimetres(own)).ln().abs()
+    };
+    let others = known.into_iter().filter(|&(unit, _)| unit != Some(own));
+    let (unit, name) = others.min_by(|a, b| off(a.0).total_cmp(&off(b.0)))?;
+    let fits = format!("Its size would fit if it were in {name}:");
+    (off(unit) < FITTING.ln()).then(|| match unit {
+        Some(unit) => format!("{fits} give --unit {}, or convert it", unit::symbol(unit)),
+        None => format!("{fits} convert it to millimetres"),
+    })
+}

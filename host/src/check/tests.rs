@@ -1,0 +1,136 @@
+//! Every check on a mesh that has just that fault.
+
+use super::*;
+use crate::mesh::Point;
+use crate::surface::shapes::{ball, sheet};
+use alternatives::Alternative;
+use lacuna::format::Unit;
+
+fn texts(checked: &Checked) -> String {
+    checked.findings.iter().map(|finding| finding.text.as_str()).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn a_clean_mesh_stays_as_it_is_and_says_nothing() {
+    for clean in [ball(12, 4.0), sheet(5)] {
+        let checked = mesh(clean.clone());
+        assert_eq!((checked.mesh.triangles == clean.triangles, texts(&checked)), (true, String::new()));
+    }
+}
+
+#[test]
+fn flat_triangles_copies_and_unused_vertices_are_left_out() {
+    let mut odd = sheet(4);
+    let clean = odd.clone();
+    odd.points.push(Point::new(1000.0, 0.0, 0.0));
+    let [a, b, c] = odd.triangles[0];
+    odd.triangles.extend([[b, c, a], [a, a, b]]);
+    let checked = mesh(odd);
+    assert_eq!(checked.mesh, clean);
+    let text = texts(&checked);
+    for part in ["1 triangle without area", "1 triangle that is there twice", "1 vertex without"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+}
+
+#[test]
+fn a_mesh_of_flat_triangles_is_refused() {
+    let points = vec![Point::origin(), Point::new(1.0, 0.0, 0.0), Point::new(2.0, 0.0, 0.0)];
+    let checked = mesh(Mesh { points, normals: vec![], triangles: vec![[0, 1, 2]] });
+    assert!(checked.usable().unwrap_err().to_string().contains("none of its 1 triangles"));
+}
+
+#[test]
+fn single_turned_triangles_follow_their_neighbours() {
+    let clean = sheet(6);
+    let mut odd = clean.clone();
+    [3, 11, 20].into_iter().for_each(|t| odd.triangles[t].swap(1, 2));
+    let checked = mesh(odd);
+    assert_eq!(checked.mesh.triangles, clean.triangles);
+    assert!(texts(&checked).starts_with("3 triangles that face the other way"), "{}", texts(&checked));
+}
+
+#[test]
+fn a_closed_surface_that_faces_inwards_is_turned() {
+    let clean = ball(12, 4.0);
+    let checked = mesh(Alternative::Flipped.of(&clean));
+    assert_eq!(checked.mesh.triangles, clean.triangles);
+    assert!(texts(&checked).contains("faced inwards"));
+}
+
+#[test]
+fn a_one_sided_surface_is_told() {
+    // A Moebius strip of five quads.
+    let points =
+        (0..10).map(|i| Point::new(f64::from(i / 2).cos(), f64::from(i / 2).sin(), f64::from(i % 2)));
+    let at = |i: u32| if i < 10 { i } else { 9 - (i - 10) - 8 };
+    let quads = (0..5).map(|q| [2 * q, 2 * q + 1, at(2 * q + 2), at(2 * q + 3)]);
+    let triangles = quads.flat_map(|[a, b, c, d]| [[a, c, b], [b, c, d]]).collect();
+    let checked = mesh(Mesh { points: points.collect(), normals: vec![], triangles });
+    assert!(texts(&checked).contains("one-sided"), "{}", texts(&checked));
+}
+
+#[test]
+fn crowded_edges_and_pieces_are_told() {
+    let mut odd = sheet(3);
+    odd.points.push(Point::new(0.0, 0.0, 5.0));
+    let [a, b, _] = odd.triangles[0];
+    let tip = odd.points.len() as u32 - 1;
+    odd.triangles.push([a, b, tip]);
+    odd.triangles.push([b, a, tip]);
+    let far = sheet(3);
+    let offset = odd.points.len() as u32;
+    odd.points.extend(far.points.iter().map(|p| p + nalgebra::Vector3::repeat(50.0)));
+    odd.triangles.extend(far.triangles.iter().map(|t| t.map(|v| v + offset)));
+    let text = texts(&mesh(odd));
+    assert!(text.contains("2 loose pieces"), "{text}");
+}
+
+#[test]
+fn coordinates_without_digits_are_refused() {
+    let shifted = |by: f64| {
+        let mut far = sheet(5);
+        far.points
+            .iter_mut()
+            .for_each(|p| *p = Point::from((p.coords.add_scalar(by)).map(|c| f64::from(c as f32))));
+        mesh(far)
+    };
+    assert_eq!(texts(&shifted(10.0)), "");
+    assert!(shifted(1e6).findings.iter().any(|f| f.text.contains("move the object to the origin")));
+    assert!(shifted(1e9).is_refused());
+    let mut huge = sheet(3);
+    huge.points[0].x = 1e300;
+    assert!(mesh(huge).is_refused());
+}
+
+#[test]
+fn the_unit_is_recognised_and_not_guessed() {
+    assert_eq!(size::misfit(200.0, 230.0, Unit::Millimetre), None);
+    for (length, unit) in [(0.2, "--unit m"), (8.0, "--unit in"), (2e5, "--unit um"), (20.0, "centimetres")] {
+        let hint = size::misfit(length, 230.0, Unit::Millimetre).unwrap();
+        assert!(hint.contains(unit), "{length}: {hint}");
+    }
+    assert!(size::misfit(230.0, 0.23, Unit::Metre).unwrap().contains("--unit mm"));
+}
+
+#[test]
+fn training_sets_are_judged_together() {
+    let names: Vec<String> = ["a", "b", "c", "d"].map(String::from).to_vec();
+    let judge = |shapes: Vec<Mesh>| training::set(shapes, &names, Unit::Millimetre);
+    let (one, other) = (ball(12, 4.0), ball(12, 5.0));
+    let scaled = |factor: f64| {
+        let mut mesh = one.clone();
+        mesh.points.iter_mut().for_each(|p| *p *= factor);
+        mesh
+    };
+    let set = judge(vec![one.clone(), one.clone(), other.clone()]).ok().unwrap();
+    assert_eq!(set.shapes.iter().map(|(n, _)| *n).collect::<Vec<_>>(), [0, 2]);
+    assert!(set.findings[0].1.contains("the same shape as a"));
+    let refused = |shapes| judge(shapes).err().unwrap().to_string();
+    assert!(refused(vec![one.clone()]).contains("there is 1 different"));
+    assert!(refused(vec![one.clone(), one.clone()]).contains("copies count once"));
+    let mixed = refused(vec![one.clone(), other.clone(), scaled(1e-3)]);
+    assert!(mixed.starts_with("c: ") && mixed.contains("another unit"), "{mixed}");
+    let cloud = Mesh { triangles: vec![], ..one.clone() };
+    assert!(refused(vec![one, cloud, other]).starts_with("b: it has no triangles"));
+}

@@ -1,0 +1,85 @@
+//! Training shapes together: copies, mixed units, a file that is not like the others.
+
+use super::{Checked, Refused, counted, size};
+use crate::mesh::Mesh;
+use lacuna::format::Unit;
+
+/// Sizes farther than this factor from the median are not of one class in one unit.
+const SPREAD: f64 = 4.0;
+/// Farthest from the origin, in extents: the model's origin is stored in single precision.
+const FAR: f64 = 1e4;
+
+/// Training shapes that were looked at.
+pub struct Set {
+    /// The shapes to train on, repaired, with the number of each in the list given.
+    pub shapes: Vec<(usize, Mesh)>,
+    /// What was found, with the number of the shape.
+    pub findings: Vec<(usize, String)>,
+}
+
+/// Looks at every shape and at all of them together. Copies are left out; `names` are for the messages.
+///
+/// # Errors
+/// The first shape that cannot be used, with its name, or too few of them.
+pub fn set(shapes: Vec<Mesh>, names: &[String], unit: Unit) -> Result<Set, Refused> {
+    let name = |number: usize| names.get(number).map_or("a training shape", String::as_str);
+    let (mut kept, mut findings): (Vec<(usize, Mesh)>, Vec<_>) = (Vec::new(), Vec::new());
+    for (number, shape) in shapes.into_iter().enumerate() {
+        let checked = single(shape);
+        let (mesh, notes) = checked.usable().map_err(|e| Refused(format!("{}: {e}", name(number))))?;
+        findings.extend(notes.into_iter().map(|note| (number, note)));
+        if let Some((twin, _)) = kept.iter().find(|(_, other)| *other == mesh) {
+            findings.push((number, format!("the same shape as {}; left out", name(*twin))));
+            continue;
+        }
+        kept.push((number, mesh));
+    }
+    if kept.len() < 2 {
+        return Err(Refused(too_few(kept.len(), findings.len())));
+    }
+    sizes(&kept, unit).map_err(|(number, text)| Refused(format!("{}: {text}", name(number))))?;
+    Ok(Set { shapes: kept, findings })
+}
+
+/// One training shape for itself.
+pub(super) fn single(shape: Mesh) -> Checked {
+    let mut checked = super::mesh(shape);
+    if checked.mesh.triangles.is_empty() && !checked.is_refused() {
+        checked.refused("it has no triangles: a model is trained on meshes, not on points".into());
+    }
+    let far = checked
+        .mesh
+        .bounds()
+        .map_or(0.0, |(low, high)| low.coords.abs().sup(&high.coords.abs()).max() / (high - low).max());
+    if far > FAR && !checked.is_refused() {
+        checked.refused(format!("it lies {far:.0} times its size from the origin: move it there first"));
+    }
+    checked
+}
+
+fn too_few(different: usize, found: usize) -> String {
+    let what = counted(different, "different training shape", "different training shapes");
+    let why = if found > 0 { " (copies count once)" } else { "" };
+    format!("a model needs at least 2 different shapes, there is {what}{why}: add meshes")
+}
+
+/// Finds a shape whose size is not that of the others.
+fn sizes(shapes: &[(usize, Mesh)], unit: Unit) -> Result<(), (usize, String)> {
+    let mut sorted: Vec<f64> = shapes.iter().map(|(_, mesh)| size::of_mesh(mesh)).collect();
+    sorted.sort_by(f64::total_cmp);
+    let median = sorted[sorted.len() / 2];
+    for (number, mesh) in shapes {
+        let length = size::of_mesh(mesh);
+        let ratio = length / median;
+        if !(1.0 / SPREAD..=SPREAD).contains(&ratio) {
+            let hint = size::unit_of(ratio, unit);
+            let hint = hint.map_or("is it of the same class and in the same unit?".into(), |_| {
+                format!(
+                    "it seems to be in another unit than the others ({ratio:.4} times their size): convert it"
+                )
+            });
+            return Err((*number, format!("it is {length:.4} long, the others {median:.4}; {hint}")));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,39 @@
+//! Triangles that cover nothing or are there twice.
+
+use super::{Checked, counted};
+use rustc_hash::FxHashSet;
+
+/// Takes out zero-area triangles and copies; without any other triangle the mesh is refused.
+pub(super) fn check(checked: &mut Checked) {
+    let mesh = &mut checked.mesh;
+    let before = mesh.triangles.len();
+    let covers = |&[a, b, c]: &[u32; 3]| {
+        let [a, b, c] = [a, b, c].map(|v| mesh.points[v as usize]);
+        // Scaled first: the product of tiny edges would vanish.
+        let (u, v) = (b - a, c - a);
+        let size = u.amax().max(v.amax());
+        size > 0.0 && (u / size).cross(&(v / size)).norm() > 0.0
+    };
+    let covering: Vec<bool> = mesh.triangles.iter().map(covers).collect();
+    let mut kept = covering.iter();
+    mesh.triangles.retain(|_| kept.next() == Some(&true));
+    let flat = before - mesh.triangles.len();
+    if mesh.triangles.is_empty() {
+        let text = format!("none of its {before} triangles has an area; export the surface itself");
+        return checked.refused(text);
+    }
+    let mut seen = FxHashSet::default();
+    mesh.triangles.retain(|corners| {
+        let mut sorted = *corners;
+        sorted.sort_unstable();
+        seen.insert(sorted)
+    });
+    let copies = before - flat - mesh.triangles.len();
+    if flat > 0 {
+        checked.repaired(format!("{} without area left out", counted(flat, "triangle", "triangles")));
+    }
+    if copies > 0 {
+        let what = counted(copies, "triangle that is", "triangles that are");
+        checked.repaired(format!("{what} there twice left out"));
+    }
+}

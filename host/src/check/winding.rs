@@ -1,0 +1,94 @@
+//! Which way triangles face: neighbours that contradict each other, and closed surfaces turned inside out.
+
+use super::{Checked, counted};
+use crate::mesh::Mesh;
+use crate::surface::Edges;
+
+/// Turns the smaller side of contradicting winding round, and closed surfaces that face inwards.
+pub(super) fn check(checked: &mut Checked) {
+    let edges = Edges::of(&checked.mesh);
+    let contradicting = edges.list.iter().any(|e| e.uses == 2 && same_way(&checked.mesh, e.sides));
+    if contradicting {
+        match turned(&checked.mesh, &edges) {
+            Some(turn) => repair(checked, &turn),
+            None => checked
+                .note("the winding contradicts itself along a one-sided surface; it stays as it is".into()),
+        }
+    }
+    let closed = edges.list.iter().all(|edge| edge.uses == 2);
+    if closed && volume(&checked.mesh) < 0.0 {
+        checked.mesh.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
+        checked.mesh.normals.iter_mut().for_each(|normal| *normal = -*normal);
+        checked.repaired("the closed surface faced inwards; its triangles were turned round".into());
+    }
+}
+
+fn repair(checked: &mut Checked, turn: &[bool]) {
+    let turned = turn.iter().filter(|&&turn| turn).count();
+    for (corners, _) in checked.mesh.triangles.iter_mut().zip(turn).filter(|(_, turn)| **turn) {
+        corners.swap(1, 2);
+    }
+    // Normals of the file belong to the old winding: those of the triangles hold.
+    checked.mesh.normals.clear();
+    let what = counted(turned, "triangle that faces", "triangles that face");
+    checked.repaired(format!("{what} the other way than the neighbours turned round"));
+}
+
+/// Whether two sides run along their edge in the same direction.
+fn same_way(mesh: &Mesh, sides: [u32; 2]) -> bool {
+    let start = |side: u32| mesh.triangles[side as usize / 3][side as usize % 3];
+    start(sides[0]) == start(sides[1])
+}
+
+/// Which triangles must be turned so that all neighbours agree; none for a one-sided surface. In every piece the
+/// side with the larger area stays.
+fn turned(mesh: &Mesh, edges: &Edges) -> Option<Vec<bool>> {
+    let count = mesh.triangles.len();
+    let (mut turn, mut piece) = (vec![false; count], vec![usize::MAX; count]);
+    for first in 0..count {
+        if piece[first] != usize::MAX {
+            continue;
+        }
+        piece[first] = first;
+        let (mut members, mut next) = (vec![first], 0);
+        while let Some(&triangle) = members.get(next) {
+            next += 1;
+            for side in 3 * triangle..3 * triangle + 3 {
+                let edge = &edges.list[edges.of_side[side] as usize];
+                if edge.uses != 2 {
+                    continue;
+                }
+                let other = edge.sides[usize::from(edge.sides[0] as usize == side)] as usize / 3;
+                let wanted = turn[triangle] != same_way(mesh, edge.sides);
+                if piece[other] == usize::MAX {
+                    (piece[other], turn[other]) = (first, wanted);
+                    members.push(other);
+                } else if turn[other] != wanted {
+                    return None;
+                }
+            }
+        }
+        let area = |turned: bool| -> f64 {
+            members.iter().filter(|&&t| turn[t] == turned).map(|&t| area(mesh, t)).sum()
+        };
+        if area(true) > area(false) {
+            members.iter().for_each(|&t| turn[t] = !turn[t]);
+        }
+    }
+    Some(turn)
+}
+
+fn area(mesh: &Mesh, triangle: usize) -> f64 {
+    let [a, b, c] = mesh.corners(triangle);
+    (b - a).cross(&(c - a)).norm() / 2.0
+}
+
+/// Six times the enclosed volume, about the first vertex: positive if the triangles face outwards.
+fn volume(mesh: &Mesh) -> f64 {
+    let origin = mesh.points[0];
+    let tetrahedron = |t: usize| {
+        let [a, b, c] = mesh.corners(t).map(|p| p - origin);
+        a.dot(&b.cross(&c))
+    };
+    (0..mesh.triangles.len()).map(tetrahedron).sum()
+}

@@ -1,0 +1,147 @@
+//! `lacuna check`.
+
+use super::{Common, Failure, inputs, say};
+use crate::check::{self, Checked, Finding, Severity, alternatives};
+use crate::complete::clean::clean;
+use crate::register;
+use crate::unit;
+use lacuna::Model;
+use lacuna::format::Unit;
+use std::path::{Path, PathBuf};
+
+/// Look for what is wrong with scans or training meshes, without using them.
+///
+/// Exit code 1 if one of the files cannot be used.
+#[derive(clap::Args)]
+pub struct Check {
+    /// Scans or meshes: PLY, OBJ, STL, PCD, XYZ, depth PNG, scan.json, or folders with one
+    #[arg(required = true)]
+    files: Vec<PathBuf>,
+    /// Also whether they fit this model: size, amount of surface, pose
+    #[arg(short, long)]
+    model: Option<PathBuf>,
+    /// Unit of the files, if it is not the model's: mm, m, in, um
+    #[arg(long, value_parser = unit::parse, requires = "model")]
+    unit: Option<Unit>,
+    /// Seed of the search for the pose
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+#[derive(serde::Serialize)]
+struct Report {
+    file: String,
+    usable: bool,
+    vertices: usize,
+    triangles: usize,
+    /// Length of the sides of the bounding box, in the model's unit if there is one.
+    extent: [f64; 3],
+    /// Share of the scan that the best pose explains.
+    inlier_share: Option<f64>,
+    findings: Vec<Finding>,
+}
+
+impl Check {
+    /// Runs the subcommand.
+    pub fn run(&self, common: &Common) -> Result<(), Failure> {
+        let bytes = self.model.as_deref().map(|path| inputs::model_bytes(Some(path))).transpose()?;
+        let model = bytes.as_deref().map(|bytes| inputs::model(bytes, self.model.as_deref())).transpose()?;
+        let reports: Vec<Report> = self.files.iter().map(|file| self.report(file, model.as_ref())).collect();
+        if common.json {
+            say(&serde_json::to_string_pretty(&reports)?);
+        } else {
+            reports.iter().for_each(tell);
+        }
+        let refused: Vec<&Report> = reports.iter().filter(|report| !report.usable).collect();
+        match refused.as_slice() {
+            [] => Ok(()),
+            [one] => Err(reason(one).into()),
+            [one, ..] => {
+                Err(format!("{} files cannot be used; the first: {}", refused.len(), reason(one)).into())
+            }
+        }
+    }
+
+    fn report(&self, file: &Path, model: Option<&Model<'_>>) -> Report {
+        let name = file.display().to_string();
+        let mut inlier_share = None;
+        let checked = match inputs::scan(Some(file)) {
+            Err(error) => Err(error.to_string()),
+            Ok(mesh) => Ok(match model {
+                None => check::mesh(mesh),
+                Some(model) => {
+                    let own = model.header().unit;
+                    let factor = unit::millimetres(self.unit.unwrap_or(own)) / unit::millimetres(own);
+                    let mut checked = check::scan(inputs::scaled(mesh, factor), model);
+                    inlier_share = self.fit(model, &mut checked);
+                    checked
+                }
+            }),
+        };
+        let checked = checked.unwrap_or_else(|text| {
+            let text = text.strip_prefix(&format!("{name}: ")).unwrap_or(&text).to_owned();
+            let findings = vec![Finding { severity: Severity::Refused, text }];
+            Checked { findings, ..Checked::default() }
+        });
+        let extent = checked.mesh.bounds().map_or([0.0; 3], |(low, high)| (high - low).into());
+        Report {
+            file: name,
+            usable: !checked.is_refused(),
+            vertices: checked.mesh.points.len(),
+            triangles: checked.mesh.triangles.len(),
+            extent,
+            inlier_share,
+            findings: checked.findings,
+        }
+    }
+
+    /// Looks whether a usable scan lies anywhere in the model.
+    fn fit(&self, model: &Model<'_>, checked: &mut Checked) -> Option<f64> {
+        if checked.is_refused() {
+            return None;
+        }
+        let (scan, _) = clean(&checked.mesh);
+        let refused = |text| Finding { severity: Severity::Refused, text };
+        match register::register(model, &scan, self.seed) {
+            Err(error) => {
+                checked.findings.push(refused(error.to_string()));
+                None
+            }
+            Ok(found) => {
+                if found.inliers < 0.25 {
+                    let share = 100.0 * found.inliers;
+                    let text =
+                        format!("the best pose explains only {share:.0} % of it: another kind of object?");
+                    checked.findings.push(refused(text));
+                }
+                if found.inliers < 0.5 {
+                    let advice = alternatives::advice(model, &scan, self.seed, found.inliers);
+                    let note = |text| Finding { severity: Severity::Note, text };
+                    checked.findings.extend(advice.map(note));
+                }
+                Some(found.inliers)
+            }
+        }
+    }
+}
+
+fn reason(report: &Report) -> String {
+    let refused = report.findings.iter().find(|finding| finding.severity == Severity::Refused);
+    let text = refused.map_or("", |finding| finding.text.as_str());
+    if text.starts_with(&report.file) { text.into() } else { format!("{}: {text}", report.file) }
+}
+
+fn tell(report: &Report) {
+    if !report.usable {
+        say(&format!("{}: cannot be used", report.file));
+    } else {
+        let [x, y, z] = report.extent;
+        let counts = format!("{} vertices, {} triangles", report.vertices, report.triangles);
+        let fit =
+            report.inlier_share.map_or(String::new(), |s| format!(", best pose explains {:.0} %", 100.0 * s));
+        say(&format!("{}: {counts}, {x:.4} x {y:.4} x {z:.4}{fit}", report.file));
+    }
+    for finding in report.findings.iter().filter(|finding| finding.severity != Severity::Refused) {
+        say(&format!("  {}", finding.text));
+    }
+}

@@ -1,0 +1,93 @@
+//! How much memory reading may take, known before any is taken.
+
+use std::fs::{File, Metadata};
+use std::io::{self, Read};
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use super::error::{Error, Problem};
+
+/// Bytes of memory that reading, checking and fitting take for one byte of a mesh file, at most.
+pub const PER_BYTE: u64 = 64;
+/// The same for one pixel of a depth image.
+pub const PER_PIXEL: u64 = 64;
+/// Most bytes taken from something without a length, such as a pipe.
+const UNKNOWN: u64 = 1 << 28;
+
+static LIMIT: AtomicU64 = AtomicU64::new(u64::MAX);
+
+/// Sets the limit for this process, bytes.
+pub fn set(bytes: u64) {
+    LIMIT.store(bytes, Ordering::Relaxed);
+}
+
+/// Refuses what would need more memory than allowed.
+pub(super) fn check(needed: u64) -> Result<(), Problem> {
+    let limit = LIMIT.load(Ordering::Relaxed);
+    if needed > limit { Err(Problem::Memory { needed, limit }) } else { Ok(()) }
+}
+
+/// The bytes of a file whose size allows it.
+pub(super) fn load(path: &Path) -> Result<Vec<u8>, Error> {
+    let failed = |cause| Error::Read { path: path.into(), cause };
+    let file = File::open(path).map_err(failed)?;
+    let metadata = file.metadata().map_err(failed)?;
+    if metadata.is_dir() {
+        return Err(failed(io::ErrorKind::IsADirectory.into()));
+    }
+    if is_endless(&metadata) {
+        return Err(Problem::Device.in_whole().in_file(path));
+    }
+    let length = if metadata.is_file() { metadata.len() } else { 0 };
+    check(length.saturating_mul(PER_BYTE)).map_err(|problem| problem.in_whole().in_file(path))?;
+    let mut bytes = Vec::with_capacity(length as usize);
+    let most = if metadata.is_file() { length } else { UNKNOWN };
+    file.take(most.saturating_add(1)).read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.len() as u64 > most {
+        let what = format!("more than {most} bytes came while it was read; save it to a file first");
+        return Err(Problem::Other(what).in_whole().in_file(path));
+    }
+    Ok(bytes)
+}
+
+#[cfg(unix)]
+fn is_endless(metadata: &Metadata) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    let kind = metadata.file_type();
+    kind.is_char_device() || kind.is_block_device()
+}
+
+#[cfg(not(unix))]
+fn is_endless(_: &Metadata) -> bool {
+    false
+}
+
+/// A number of bytes with an optional K, M or G.
+///
+/// # Errors
+/// Anything else, in words.
+pub fn parse(text: &str) -> Result<u64, String> {
+    let digits = text.trim_end_matches(['K', 'M', 'G', 'k', 'm', 'g']);
+    let factor = match text[digits.len()..].to_ascii_uppercase().as_str() {
+        "" => 1,
+        "K" => 1 << 10,
+        "M" => 1 << 20,
+        "G" => 1 << 30,
+        _ => return Err("use bytes, or a number with K, M or G".into()),
+    };
+    let number: u64 = digits.parse().map_err(|_| "use bytes, or a number with K, M or G".to_owned())?;
+    number.checked_mul(factor).filter(|&n| n > 0).ok_or_else(|| "out of range".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_have_suffixes() {
+        assert_eq!((parse("7"), parse("2k"), parse("3G")), (Ok(7), Ok(2048), Ok(3 << 30)));
+        for wrong in ["", "G", "1.5G", "2KB", "-1", "0", "99999999999999999999", "9999999999999G"] {
+            assert!(parse(wrong).is_err(), "{wrong}");
+        }
+    }
+}

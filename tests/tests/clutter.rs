@@ -1,0 +1,149 @@
+//! What is not part of the class neither pulls the fit nor vanishes unasked.
+
+use lacuna::{Fixed, Pose};
+use lacuna_host::complete::clutter::CLUTTER;
+use lacuna_host::complete::merge::Merged;
+use lacuna_host::complete::{Completion, Hint, Options, complete};
+use lacuna_host::io::{PlyOut, write_ply};
+use lacuna_host::mesh::{Mesh, Point};
+use lacuna_host::register::Placed;
+use lacuna_host::synth::{Head, Kind, Scan, ScannerSettings, scan};
+use lacuna_host::train::distance::Surface;
+use lacuna_tests::program::{json, succeeds};
+use lacuna_tests::{default_schedule, model, real_data, voxel_pose};
+use tempfile::tempdir;
+
+/// How far clutter may move the completed surface, root mean square in scan units. Measured: 0.22, all of it by the
+/// pose (0.007 when the pose is given exactly); why the pose moves was not separated further.
+const PULL: f64 = 0.3;
+
+fn append(mesh: &mut Mesh, other: &Mesh) {
+    let offset = mesh.points.len() as u32;
+    mesh.points.extend(&other.points);
+    mesh.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + offset)));
+}
+
+/// A grid of `columns` x `rows` quads whose corners `place` gives for 0..=1 in both directions.
+fn sheet(columns: u32, rows: u32, place: impl Fn(f64, f64) -> Point) -> Mesh {
+    let corner = |i: u32, j: u32| place(f64::from(i) / f64::from(columns), f64::from(j) / f64::from(rows));
+    let points =
+        (0..=rows).flat_map(|j| (0..=columns).map(move |i| (i, j))).map(|(i, j)| corner(i, j)).collect();
+    let quads = (0..rows).flat_map(|j| (0..columns).map(move |i| j * (columns + 1) + i));
+    let halves = |a: u32| {
+        let (b, c) = (a + 1, a + columns + 2);
+        [[a, b, c], [a, c, c - 1]]
+    };
+    Mesh { points, normals: vec![], triangles: quads.flat_map(halves).collect() }
+}
+
+/// A table under a head and a collar around its neck, in the head's frame.
+fn clutter(head: &Mesh) -> Mesh {
+    let (low, high) = head.bounds().expect("a head");
+    let middle = low + (high - low) / 2.0;
+    let mut all = sheet(40, 40, |u, v| {
+        Point::new(middle.x + 400.0 * (u - 0.5), low.y - 25.0, middle.z + 400.0 * (v - 0.5))
+    });
+    let collar = sheet(60, 8, |u, v| {
+        let angle = std::f64::consts::TAU * u;
+        Point::new(middle.x + 130.0 * angle.cos(), low.y + 30.0 * v, middle.z + 130.0 * angle.sin())
+    });
+    append(&mut all, &collar);
+    all
+}
+
+fn sample() -> (Mesh, Scan) {
+    let head = Head::sample(1, 1001).mesh();
+    let scan = scan(&head, Kind::Front, &ScannerSettings::small(), 1001);
+    (head, scan)
+}
+
+/// The scan in the head's frame, where its pose is known.
+fn in_head_frame(scan: &Scan) -> Mesh {
+    let back = scan.model_to_scan.try_inverse().expect("a similarity");
+    let mut mesh = scan.mesh.clone();
+    mesh.points.iter_mut().for_each(|p| *p = back.transform_point(p));
+    mesh
+}
+
+fn completed(mesh: &Mesh) -> Completion {
+    let model = model();
+    let exact: Pose = voxel_pose(&model);
+    let rough = exact.moved([40.0; 3], [0.03, -0.04, 0.05], 0.02, [0.8, -0.6, 0.5]);
+    let hint = Hint::Rough(Placed { centre: Point::origin(), pose: rough });
+    let options = Options { hint, seed: 1, schedule: default_schedule(&model), finer: 1 };
+    complete::<Fixed>(&model, mesh, &options).expect("a completion")
+}
+
+fn rms_between(a: &Mesh, b: &Mesh) -> f64 {
+    let surface = Surface::new(b).expect("a surface");
+    let found = a.points.iter().filter_map(|p| surface.distance(p, f64::INFINITY)).filter(|d| !d.on_border);
+    let squares: Vec<f64> = found.map(|d| d.value * d.value).collect();
+    (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
+}
+
+fn area(mesh: &Mesh) -> f64 {
+    let half = |t: usize| {
+        let [a, b, c] = mesh.corners(t);
+        (b - a).cross(&(c - a)).norm() / 2.0
+    };
+    (0..mesh.triangles.len()).map(half).sum()
+}
+
+#[test]
+fn a_table_and_a_collar_do_not_pull_and_are_measured() {
+    let (head, scan) = sample();
+    let clean = in_head_frame(&scan);
+    let mut cluttered = clean.clone();
+    let added = clutter(&head);
+    append(&mut cluttered, &added);
+    let (alone, with) = (completed(&clean), completed(&cluttered));
+    let pull = rms_between(&with.merged.mesh, &alone.merged.mesh);
+    let extra = with.clutter.area - alone.clutter.area;
+    println!("pull {pull:.4}, left out {extra:.0} of {:.0} added", area(&added));
+    assert!(pull < PULL, "the clutter moved the surface by {pull:.3}");
+    assert!((extra / area(&added) - 1.0).abs() < 0.05, "{extra:.0} of {:.0}", area(&added));
+    kept_apart(&with);
+}
+
+/// The appended clutter shares no vertex with the completed mesh, which stays as it was.
+fn kept_apart(completion: &Completion) {
+    let (merged, clutter) = (&completion.merged, &completion.clutter);
+    let all: Merged = clutter.append_to(merged);
+    assert_eq!(all.mesh.points[..merged.mesh.points.len()], merged.mesh.points[..]);
+    assert_eq!(all.mesh.triangles.len(), merged.mesh.triangles.len() + clutter.mesh.triangles.len());
+    let kinds = |t: &[u32; 3]| t.iter().filter(|&&v| all.labels[v as usize] == CLUTTER).count();
+    assert!(all.mesh.triangles.iter().all(|t| matches!(kinds(t), 0 | 3)), "a triangle joins both");
+}
+
+#[test]
+fn the_program_keeps_clutter_only_when_asked() {
+    let folder = tempdir().unwrap();
+    let (head, scan) = sample();
+    let mut mesh = in_head_frame(&scan);
+    append(&mut mesh, &clutter(&head));
+    write_ply(&folder.path().join("scan.ply"), &PlyOut::new(&mesh)).unwrap();
+    let run = |more: &[&str]| {
+        let base = ["complete", "scan.ply", "--pose-hint", "identity", "--no-picture", "--json"];
+        json(folder.path(), &[&base, more].concat())
+    };
+    let vertices = |name: &str| lacuna_host::io::read(&folder.path().join(name)).unwrap().points.len();
+    let (without, with) = (run(&["-o", "a.ply"]), run(&["-o", "b.ply", "--keep-clutter"]));
+    let points = without["clutter"]["points"].as_u64().unwrap() as usize;
+    assert!(points > 1000 && without["clutter"]["area"].as_f64().unwrap() > 100_000.0, "{without:#}");
+    assert_eq!((&without["clutter"]["kept"], &with["clutter"]["kept"]), (&false.into(), &true.into()));
+    assert_eq!(vertices("b.ply"), vertices("a.ply") + points);
+    let text = succeeds(folder.path(), &["complete", "scan.ply", "--pose-hint", "identity", "--no-picture"]);
+    assert!(text.contains("not the class"), "{text}");
+}
+
+#[test]
+fn the_demo_scan_leaves_its_collar_out() {
+    let Some(path) = real_data("faces/targets_real/demoface_raw.ply") else { return };
+    let scan = lacuna_host::io::read(&path).unwrap();
+    let model = model();
+    let options = Options { hint: Hint::None, seed: 1, schedule: default_schedule(&model), finer: 1 };
+    // The built-in class is made of heads from a formula: it says nothing about quality, only what happens to the rest.
+    let completion = complete::<Fixed>(&model, &scan, &options).expect("a completion");
+    assert!(completion.clutter.share > 0.3, "{:.2}", completion.clutter.share);
+    kept_apart(&completion);
+}
