@@ -12,7 +12,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let code = section.split("```rust\n").nth(1).and_then(|rest| rest.split("```").next());
     let code = code.ok_or("README.md: no Rust in the section \"In your firmware\"")?;
     let function = format!(
-        "#[allow(unused_variables)]\nfn firmware(points: &[Packed], step: f32, rough_pose: Pose, \
+        "#[allow(unused_variables, clippy::needless_borrow)]\nfn firmware(points: &[Packed], step: f32, rough_pose: Pose, \
          memory: Memory<'_, lacuna::Fixed>) -> Result<Outcome, Error> {{\n{code}\nOk(*job.outcome()?)\n}}\n"
     );
     std::fs::write(Path::new(&std::env::var("OUT_DIR")?).join("readme.rs"), function)?;

@@ -73,6 +73,36 @@ pub fn missing(machine: &str, triple: &str) -> Option<String> {
 /// # Panics
 /// A build that fails.
 pub fn build(machine: &str, triple: &str, inputs: Option<(&Path, &Path)>) -> PathBuf {
+    let mut command = cargo(machine, triple);
+    if let Some((model, cloud)) = inputs {
+        command.env("LACUNA_MODEL", model).env("LACUNA_CLOUD", cloud);
+    }
+    finish(command, machine);
+    elf(machine, triple, "target")
+}
+
+/// Builds a machine's firmware with defmt's log, in a folder of its own: the ELF file.
+///
+/// # Panics
+/// A build that fails.
+pub fn build_logging(machine: &str, triple: &str) -> PathBuf {
+    let mut command = cargo(machine, triple);
+    command.args(["--features", "defmt", "--target-dir", "target/defmt"]).env("DEFMT_LOG", "info");
+    finish(command, machine);
+    elf(machine, triple, "target/defmt")
+}
+
+fn elf(machine: &str, triple: &str, target: &str) -> PathBuf {
+    folder().join(machine).join(target).join(triple).join("release").join(format!("lacuna-{machine}"))
+}
+
+fn finish(mut command: Command, machine: &str) {
+    let output = command.output().expect("cargo");
+    assert!(output.status.success(), "{machine}: {}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// Cargo, about to build a machine's firmware.
+fn cargo(machine: &str, triple: &str) -> Command {
     let mut command = Command::new("cargo");
     command.args(toolchain(triple).unwrap_or_default()).args(["build", "--release", "--quiet"]);
     // Cargo tells its children which toolchain it is; this one is another.
@@ -81,12 +111,8 @@ pub fn build(machine: &str, triple: &str, inputs: Option<(&Path, &Path)>) -> Pat
     {
         command.env_remove(variable);
     }
-    if let Some((model, cloud)) = inputs {
-        command.env("LACUNA_MODEL", model).env("LACUNA_CLOUD", cloud);
-    }
-    let output = command.current_dir(folder().join(machine)).output().expect("cargo");
-    assert!(output.status.success(), "{machine}: {}", String::from_utf8_lossy(&output.stderr));
-    folder().join(machine).join("target").join(triple).join("release").join(format!("lacuna-{machine}"))
+    command.current_dir(folder().join(machine));
+    command
 }
 
 /// Runs a firmware's example.

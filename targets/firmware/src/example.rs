@@ -8,6 +8,7 @@ use lacuna::completion::{Outcome, Settings, Stage};
 use lacuna::local_fit::Task;
 use lacuna::model::MAX_BRICK_VOXELS;
 use lacuna::pose_fit::ROUNDS;
+use lacuna::workspace::Progress;
 use lacuna::{Cloud, Completion, Error, Fixed, Model, Reach, Schedule, schedule};
 
 /// Why the example ended early.
@@ -42,6 +43,10 @@ pub fn run<M: Machine>(machine: &mut M) -> Result<(), Refused> {
             Refused::Core(_) => "the core refuses the linked model or scan",
         };
         Line::new("refused: ").text(reason).print();
+        #[cfg(feature = "defmt")]
+        if let Refused::Core(error) = refused {
+            defmt::error!("refused: {}", error);
+        }
     })?;
     Line::new("stack").number(stack::high_water(machine) as u64).print();
     Ok(())
@@ -72,7 +77,8 @@ fn complete<M: Machine>(machine: &mut M, scale: &Scale) -> Result<(), Refused> {
     loop {
         let task = job.local().and_then(|fit| fit.task());
         let before = machine.ticks();
-        let Some((stage, _)) = job.step() else { break };
+        let Some((stage, progress)) = job.step() else { break };
+        log(stage, progress);
         // The first step of the local fit prepares it; its task is not known before.
         let task = task.or((stage == Stage::Local).then_some(Task::Curvature));
         counts.add((stage, task), machine.ticks().wrapping_sub(before));
@@ -89,6 +95,8 @@ fn complete<M: Machine>(machine: &mut M, scale: &Scale) -> Result<(), Refused> {
             .print();
     }
     let outcome = *job.outcome()?;
+    #[cfg(feature = "defmt")]
+    defmt::info!("{}", outcome);
     let mut digest = lacuna::format::Digest::new();
     if let Some(fit) = job.local() {
         for brick in model.bricks() {
@@ -99,6 +107,15 @@ fn complete<M: Machine>(machine: &mut M, scale: &Scale) -> Result<(), Refused> {
     }
     report(&outcome, digest.value());
     Ok(())
+}
+
+/// Logs the end of every stage.
+#[cfg_attr(not(feature = "defmt"), allow(unused_variables))]
+fn log(stage: Stage, progress: Progress) {
+    #[cfg(feature = "defmt")]
+    if progress.done == progress.total {
+        defmt::info!("{} done in {} steps", stage, progress.total);
+    }
 }
 
 fn report(outcome: &Outcome, distances: u32) {

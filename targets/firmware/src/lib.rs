@@ -7,6 +7,8 @@
 
 pub mod count;
 pub mod example;
+#[cfg(feature = "defmt")]
+mod log;
 pub mod machine;
 pub mod memory;
 #[cfg(target_arch = "arm")]
