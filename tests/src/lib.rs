@@ -1,5 +1,6 @@
 //! Shared helpers of the tests: the built-in model, the program, borrowed buffers, real data.
 
+pub mod browser;
 pub mod buffers;
 pub mod device_memory;
 pub mod firmware;
