@@ -74,7 +74,7 @@ fn a_report_that_cannot_be_written_is_refused_before_the_work() {
 fn an_evaluation_has_a_report_with_figure_and_table() {
     let folder = tempdir().unwrap();
     succeeds(folder.path(), &["synth", "heads", "heads", "--count", "5"]);
-    let common = ["evaluate", "--train", "heads", "--targets", "heads/head_0000.ply", "--spacing", "9"];
+    let common = ["evaluate", "--train", "heads", "--targets", "heads/head_000.ply", "--spacing", "9"];
     let run = |more: &[&str]| lacuna(folder.path(), &[&common, more].concat());
     let made = run(&["--counts", "3", "--draws", "1", "--report", "reports"]);
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));

@@ -5,6 +5,7 @@
 //! is no step at the seam. The mesh stays the manifold that the extraction made.
 
 use crate::mesh::{Mesh, Point, Vector};
+use crate::surface::carry;
 use crate::train::distance::Surface;
 use rayon::prelude::*;
 
@@ -27,6 +28,8 @@ pub struct Merged {
     pub labels: Vec<u8>,
     /// Distance to the scan, one a vertex, in the scan's unit.
     pub distances: Vec<f32>,
+    /// How far each vertex was moved outward from the fitted surface, in the scan's unit.
+    pub heights: Vec<f32>,
 }
 
 /// How the measured surface is found next to a vertex.
@@ -47,13 +50,20 @@ pub fn merge(fitted: &Mesh, scan: &Surface, limits: &Limits) -> Merged {
         .zip(&normals)
         .map(|(point, normal)| motion(point, normal, scan, limits))
         .collect();
-    let faded = fade(fitted, &motions);
+    // Beyond the last ring a motion ends at FADE^RINGS of itself, a fiftieth: no step to be seen.
+    let faded = carry(fitted, &motions, FADE, RINGS);
+    let heights = faded.iter().zip(&normals).map(|(motion, normal)| motion.dot(normal) as f32).collect();
     let points: Vec<Point> = fitted.points.iter().zip(&faded).map(|(p, motion)| p + motion).collect();
     let distance =
         |p: &Point| scan.distance(p, f64::INFINITY).map_or(f32::INFINITY, |d| d.value.abs() as f32);
     let distances = points.par_iter().map(distance).collect();
     let labels = motions.iter().map(|m| if m.is_some() { MEASURED } else { INFERRED }).collect();
-    Merged { mesh: Mesh { points, normals: vec![], triangles: fitted.triangles.clone() }, labels, distances }
+    Merged {
+        mesh: Mesh { points, normals: vec![], triangles: fitted.triangles.clone() },
+        labels,
+        distances,
+        heights,
+    }
 }
 
 fn motion(point: &Point, normal: &Vector, scan: &Surface, limits: &Limits) -> Option<Vector> {
@@ -70,34 +80,6 @@ fn motion(point: &Point, normal: &Vector, scan: &Surface, limits: &Limits) -> Op
             ((motion - height).norm() <= limit).then_some(height)
         }
     }
-}
-
-/// Carries the motions over the seam: each unmeasured vertex takes the mean of its neighbours, a little less.
-fn fade(mesh: &Mesh, motions: &[Option<Vector>]) -> Vec<Vector> {
-    let mut current: Vec<Vector> = motions.iter().map(|m| m.unwrap_or_else(Vector::zeros)).collect();
-    let mut reached: Vec<bool> = motions.iter().map(Option::is_some).collect();
-    for _ in 0..RINGS {
-        let mut sums = vec![(Vector::zeros(), 0.0f64); current.len()];
-        for triangle in &mesh.triangles {
-            for i in 0..3 {
-                let (to, from) = (triangle[i] as usize, triangle[(i + 1) % 3] as usize);
-                for (to, from) in [(to, from), (from, to)] {
-                    if motions[to].is_none() && reached[from] {
-                        sums[to].0 += current[from];
-                        sums[to].1 += 1.0;
-                    }
-                }
-            }
-        }
-        for (i, (sum, count)) in sums.into_iter().enumerate() {
-            if count > 0.0 {
-                current[i] = sum / count * FADE;
-                reached[i] = true;
-            }
-        }
-    }
-    // Beyond the last ring a motion ends at FADE^RINGS of itself, a fiftieth: no step to be seen.
-    current
 }
 
 #[cfg(test)]

@@ -201,7 +201,7 @@ fn distances(completion: &Completion, model: &Model<'_>, unit: &str) -> String {
         &format!("median {unit}"),
         &format!("95 % within {unit}"),
     ];
-    drawing(&local, &global, SHOWN * millimetre, unit)
+    drawing(&local, &global, rounded(SHOWN * millimetre), unit)
         + &table::grid(&head, &[row("local", &local), row("global", &global)])
         + &format!(
             "<p class=\"note\">From the scan's vertices to the pure model surface, before it is moved onto the scan; \

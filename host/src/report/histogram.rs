@@ -10,7 +10,7 @@ use std::fmt::Write;
 const HALF: usize = 20;
 const SIZE: [f64; 2] = [640.0, 240.0];
 /// Room for the labels below.
-const FOOT: f64 = 44.0;
+const FOOT: f64 = 28.0;
 
 /// Distances of the seen surface, positive outside the fitted one.
 pub struct Distances {
@@ -91,25 +91,19 @@ pub fn drawing(local: &Distances, global: &Distances, range: f64, unit: &str) ->
         "<path class=\"step\" d=\"M0 {base:.1}{}H{width}V{base:.1}\"/>\n<path class=\"axis\" d=\"M0 {base}H{width}\"/>",
         steps.collect::<String>()
     );
-    for i in -2..=2_i32 {
-        let x = width / 2.0 + f64::from(i) * width / 4.0;
-        let anchor = ["start", "middle", "middle", "middle", "end"][(i + 2) as usize];
-        let value = f64::from(i) / 2.0 * range;
-        let _ = writeln!(
-            out,
-            "<text x=\"{x}\" y=\"{}\" text-anchor=\"{anchor}\">{value:+.2}</text>",
-            base + 18.0
-        );
+    for (i, anchor) in ["start", "middle", "middle", "middle", "end"].into_iter().enumerate() {
+        let side = i as f64 / 2.0 - 1.0;
+        let value = if i == 2 { "0".into() } else { format!("{:+}", side * range) };
+        let x = width * (side + 1.0) / 2.0;
+        let _ =
+            writeln!(out, "<text x=\"{x}\" y=\"{}\" text-anchor=\"{anchor}\">{value}</text>", base + 20.0);
     }
-    let _ = writeln!(
-        out,
-        "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">distance from the fitted surface, {}; the last bars hold \
-         all beyond</text>\n</svg>",
-        width / 2.0,
-        height - 6.0,
+    out + &format!(
+        "</svg>\n<p class=\"key\"><span class=\"swatch bar\"></span> local fit <span class=\"swatch step\"></span> \
+         global fit</p>\n<p class=\"note\">Distance from the fitted surface in {}, positive outside; the first and \
+         the last bar hold all beyond.</p>\n",
         escape(unit)
-    );
-    out + "<p class=\"key\"><span class=\"swatch bar\"></span> local fit <span class=\"swatch step\"></span> global fit</p>\n"
+    )
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Explicit surfaces: extracting them from signed distances, their connectivity, refining them.
 
+mod carry;
 mod cases;
 mod components;
 mod marching_cubes;
@@ -8,6 +9,7 @@ mod rim;
 mod signs;
 mod topology;
 
+pub use carry::carry;
 pub use components::{components, keep_triangles, largest_component};
 pub use marching_cubes::{CLAMP, Volume, marching_cubes};
 pub use refine::subdivide;
