@@ -7,6 +7,7 @@ pub mod firmware;
 pub mod line;
 pub mod program;
 pub mod rubbish;
+pub mod sample;
 pub mod seam;
 pub mod small;
 pub mod tcp_device;

@@ -1,8 +1,7 @@
 //! The seam between the measured and the inferred part of a completed mesh, in numbers.
 
 use lacuna_host::complete::merge::{MEASURED, Merged};
-use lacuna_host::surface::Edges;
-use std::collections::BTreeMap;
+use lacuna_host::surface::{Edges, open_curves};
 
 /// Largest step at the seam: by how much the surface was moved off the fitted one at a measured vertex more than at
 /// an inferred one that is joined to it by an edge and not farther than `reach` away. In the scan's unit.
@@ -24,18 +23,7 @@ pub fn steps(merged: &Merged, reach: f64) -> Vec<f64> {
 
 /// Lengths in edges of the closed curves a mesh is open along, ascending.
 pub fn rims(mesh: &lacuna_host::mesh::Mesh) -> Vec<usize> {
-    let next: BTreeMap<u32, u32> = Edges::of(mesh).boundary().map(|[a, b]| (a, b)).collect();
-    let mut left: std::collections::BTreeSet<u32> = next.keys().copied().collect();
-    let mut lengths = Vec::new();
-    while let Some(first) = left.pop_first() {
-        let mut length = 1;
-        let mut at = next.get(&first).copied();
-        while let Some(vertex) = at.filter(|v| left.remove(v)) {
-            length += 1;
-            at = next.get(&vertex).copied();
-        }
-        lengths.push(length);
-    }
+    let mut lengths: Vec<usize> = open_curves(mesh).iter().map(Vec::len).collect();
     lengths.sort_unstable();
     lengths
 }

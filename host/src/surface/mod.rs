@@ -3,6 +3,7 @@
 mod carry;
 mod cases;
 mod components;
+mod holes;
 mod marching_cubes;
 mod refine;
 mod rim;
@@ -11,6 +12,7 @@ mod topology;
 
 pub use carry::carry;
 pub use components::{components, keep_triangles, largest_component};
+pub use holes::{close_holes, open_curves};
 pub use marching_cubes::{CLAMP, Volume, marching_cubes};
 pub use refine::subdivide;
 pub use rim::trim_rim;

@@ -5,9 +5,9 @@ use super::{boundary_edges, carry, keep_triangles};
 use crate::mesh::{Mesh, Vector};
 use std::collections::BTreeMap;
 
-/// Times the teeth are cut on a grid as fine as the model's.
+/// Times the teeth are cut.
 const CUTS: usize = 3;
-/// Rounds the rim is smoothed there: over three to four voxels.
+/// Rounds the rim is smoothed on a grid as fine as the model's: over three to four voxels.
 const ROUNDS: usize = 12;
 /// Share of the rim's motion that reaches the next ring of vertices inside, and rings it is carried, there.
 const FADE: f64 = 0.75;
@@ -18,10 +18,10 @@ const RINGS: usize = 4;
 /// `factor` is how much finer than the model's voxels the mesh is: steps of the rim are as many times longer.
 pub fn trim_rim(mesh: &Mesh, factor: usize) -> Mesh {
     let mut mesh = mesh.clone();
-    for _ in 0..CUTS * factor {
+    for _ in 0..CUTS {
         mesh = without_teeth(&mesh);
     }
-    let smoothed = smooth(&mesh, ROUNDS * factor * factor);
+    let smoothed = smooth(&mesh, ROUNDS * factor);
     if smoothed.iter().all(Option::is_none) {
         return mesh;
     }
