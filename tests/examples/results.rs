@@ -22,7 +22,9 @@ fn main() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let page = root.join(".github/results");
     let work = root.join("target/results");
-    [&page, &work].map(|folder| std::fs::create_dir_all(folder).expect("a folder"));
+    for folder in [&page, &work] {
+        std::fs::create_dir_all(folder).expect("a folder");
+    }
     let mut text = format!(
         "# Results\n\nMade by `{COMMAND}`; not written by hand. Distances are root mean squares in millimetres from \
          the vertices of the true surface to the completed one, apart for what the scanner saw and what it did not. \
