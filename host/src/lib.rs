@@ -18,6 +18,7 @@ pub mod points;
 pub mod reference;
 pub mod register;
 pub mod render;
+pub mod report;
 pub mod sentence;
 pub mod surface;
 pub mod synth;

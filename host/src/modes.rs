@@ -1,8 +1,8 @@
 //! Pictures of what a model has learnt: its first modes from -3 to +3 standard deviations around the mean.
 
 use crate::complete::fuse::Dense;
-use crate::complete::picture::front;
-use crate::mesh::{Mesh, Point, Vector};
+use crate::complete::picture::directions;
+use crate::mesh::{Mesh, Point};
 use crate::register::Placed;
 use crate::render::{Camera, Image, Panel, picture};
 use lacuna::{Model, Pose, sample};
@@ -15,8 +15,7 @@ const STEPS: [f32; 5] = [-3.0, -1.5, 0.0, 1.5, 3.0];
 /// `width` × `height` pixels; the panels of a row have one scale.
 pub fn draw(model: &Model<'_>, count: usize, width: usize, height: usize) -> Image {
     let mean = instance(model, 0, 0.0);
-    let front = front(&mean);
-    let up = if front.y.abs() < 0.9 { Vector::y() } else { Vector::z() };
+    let (front, up) = directions(&mean);
     // A little from the side, so that depth shows.
     let camera = Camera::new(-front - 0.5 * up.cross(&front), up);
     let rows: Vec<Image> =

@@ -1,5 +1,6 @@
 //! Shared helpers of the tests: the built-in model, the program, borrowed buffers, real data.
 
+pub mod browser;
 pub mod buffers;
 pub mod device_memory;
 pub mod firmware;
@@ -8,6 +9,8 @@ pub mod line;
 pub mod nasty;
 pub mod program;
 pub mod rubbish;
+pub mod sample;
+pub mod seam;
 pub mod small;
 pub mod tcp_device;
 

@@ -9,7 +9,7 @@ use crate::complete::{self, Completion, Hint, Options, Start, complete_by, fit_h
 use crate::fit::{Digests, Fit};
 use crate::io::{self, PlyOut};
 use crate::mesh::Mesh;
-use crate::unit;
+use crate::{report, unit};
 use lacuna::{Fixed, Model, Schedule, schedule};
 use std::path::PathBuf;
 
@@ -27,6 +27,9 @@ pub struct Complete {
     /// Draw no picture
     #[arg(long, conflicts_with = "picture")]
     no_picture: bool,
+    /// Also write a report to look at, one HTML file named after the output, into this folder
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
     /// Also write the pure model surface of the local fit
     #[arg(long, value_name = "PLY")]
     local_surface: Option<PathBuf>,
@@ -57,6 +60,7 @@ struct Report<'a> {
     model_checksum: String,
     output: String,
     picture: Option<String>,
+    report: Option<String>,
     vertices: usize,
     triangles: usize,
     measured_vertices: usize,
@@ -110,6 +114,7 @@ impl Complete {
         let seconds = start.elapsed().as_secs_f64();
         self.advise(&model, &mut completion);
         self.write(&completion, &model, factor)?;
+        self.write_report(&completion, &model, &scan)?;
         self.tell(common, &completion, &model, (seconds, notes));
         Ok(())
     }
@@ -157,7 +162,12 @@ impl Complete {
                 return Err(message.into());
             }
         }
-        Ok(())
+        self.report.as_deref().map_or(Ok(()), inputs::report_folder)
+    }
+
+    fn report_path(&self) -> Option<PathBuf> {
+        let name = self.output.file_stem().unwrap_or("completed".as_ref());
+        self.report.as_ref().map(|folder| folder.join(format!("{}.html", name.display())))
     }
 
     fn picture_path(&self) -> Option<PathBuf> {
@@ -203,6 +213,30 @@ impl Complete {
         Ok(())
     }
 
+    fn write_report(&self, completion: &Completion, model: &Model<'_>, scan: &Mesh) -> Result<(), Failure> {
+        let Some(path) = self.report_path() else { return Ok(()) };
+        let known = match (&self.pose, &self.pose_hint) {
+            (Some(pose), _) => format!("given as {pose}"),
+            (None, Some(pose)) => format!("refined from {pose}"),
+            (None, None) => format!("searched for, seed {}", self.subject.seed),
+        };
+        let settings = [
+            ("pose", known),
+            ("unit of the scan", unit::symbol(self.subject.unit(model)).to_owned()),
+            ("step lengths", if self.momentum { "heavy ball" } else { "varying" }.to_owned()),
+            ("surface", format!("{} times as fine as the model's grid", self.finer)),
+        ];
+        let subject = report::Subject {
+            scan: &self.subject.name(),
+            original: scan,
+            scan_to_model: inputs::matrix(&completion.placed, model),
+            settings: &settings,
+            command: &report::command_line(),
+        };
+        let html = report::completion::html(completion, model, &subject)?;
+        inputs::write_report(&path, &html)
+    }
+
     fn tell(
         &self,
         common: &Common,
@@ -217,6 +251,7 @@ impl Complete {
             model_checksum: format!("{:08x}", model.checksum()),
             output: self.output.display().to_string(),
             picture: self.picture_path().map(|p| p.display().to_string()),
+            report: self.report_path().map(|p| p.display().to_string()),
             vertices: completion.merged.mesh.points.len(),
             triangles: completion.merged.mesh.triangles.len(),
             measured_vertices: measured,
@@ -279,6 +314,9 @@ impl Complete {
         say(&format!("mesh            {} ({} vertices, {seconds:.2} s)", report.output, report.vertices));
         if let Some(picture) = report.picture {
             say(&format!("picture         {picture}"));
+        }
+        if let Some(path) = report.report {
+            say(&format!("report          {path}"));
         }
     }
 }

@@ -1,7 +1,7 @@
 //! `lacuna evaluate`.
 
 use super::train::{align_mode, expand, positive};
-use super::{Common, Failure, bar, say};
+use super::{Common, Failure, bar, inputs, say};
 use crate::evaluate::{
     Evaluation, Method, PoseMode, Record, Settings, Smooth, Solver, Spread, Summary, Target, figure,
 };
@@ -9,7 +9,7 @@ use crate::io;
 use crate::mesh::Mesh;
 use crate::train;
 use crate::train::align::{Align, align};
-use crate::unit;
+use crate::{report, unit};
 use lacuna::format::Unit;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -42,6 +42,9 @@ pub struct Evaluate {
     /// Where results, table and figure go
     #[arg(short, long, default_value = "evaluation", value_name = "DIR")]
     output: PathBuf,
+    /// Also write a report to look at, one HTML file, into this folder
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
     /// Voxel edge in the meshes' unit [default: 60 to 90 voxels along the longest side]
     #[arg(long, value_parser = positive)]
     spacing: Option<f64>,
@@ -116,15 +119,23 @@ fn smooth(text: &str) -> Result<Smooth, String> {
 impl Evaluate {
     /// Runs the subcommand.
     pub fn run(&self, common: &Common) -> Result<(), Failure> {
+        self.report.as_deref().map_or(Ok(()), inputs::report_folder)?;
         let mut evaluation = Evaluation::new(self.shapes()?, self.target_meshes()?);
         if self.ablation {
             return self.ablate(&mut evaluation, common);
         }
-        let records = self.results(&mut evaluation, &self.settings(self.chosen()?), "evaluating")?;
+        let method = self.chosen()?;
+        let records = self.results(&mut evaluation, &self.settings(method), "evaluating")?;
         io::atomic::write(&self.output.join("results.csv"), |file| file.write_all(csv(&records).as_bytes()))?;
         let drawing = figure(&records, unit::symbol(self.unit))?;
         io::atomic::write(&self.output.join("figure2.svg"), |file| file.write_all(drawing.as_bytes()))?;
         let summary = Summary::of(&records.iter().collect::<Vec<_>>());
+        self.report(
+            "evaluation",
+            "How well each model approximates complete shapes",
+            &[("method", json(&method))],
+            |s| report::evaluation::figure2(&summary, &drawing, s),
+        )?;
         if common.json {
             say(&serde_json::to_string_pretty(&summary)?);
         } else {
@@ -199,6 +210,34 @@ impl Evaluate {
         Ok(records)
     }
 
+    /// Writes a report, if one is asked for, from what all of them say of the settings.
+    fn report(
+        &self,
+        name: &str,
+        title: &str,
+        more: &[(&str, String)],
+        html: impl FnOnce(&report::evaluation::Subject<'_>) -> String,
+    ) -> Result<(), Failure> {
+        let Some(folder) = &self.report else { return Ok(()) };
+        let list =
+            |paths: &[PathBuf]| paths.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ");
+        let counts: Vec<String> = self.counts.iter().map(u16::to_string).collect();
+        let mut settings = vec![
+            ("program", format!("lacuna {}", env!("CARGO_PKG_VERSION"))),
+            ("training shapes", list(&self.train)),
+            ("targets", list(&self.targets)),
+            ("counts", counts.join(", ")),
+            ("draws, seed", format!("{}, {}", self.draws, self.seed)),
+            ("pose of the targets", json(&self.pose)),
+            ("voxel edge", self.spacing.map_or("chosen from the size".into(), |s| s.to_string())),
+        ];
+        settings.extend(more.iter().cloned());
+        let unit = unit::symbol(self.unit);
+        let command = report::command_line();
+        let subject = report::evaluation::Subject { title, unit, settings: &settings, command: &command };
+        inputs::write_report(&folder.join(name).with_extension("html"), &html(&subject))
+    }
+
     fn tell(&self, summary: &Summary) {
         say(&format!(
             "shapes  model            rms {0:23} p95 {0}, median [quartiles]",
@@ -225,6 +264,9 @@ impl Evaluate {
             let records = self.results(evaluation, &settings, name)?;
             rows.push((name, Summary::of(&records.iter().collect::<Vec<_>>())));
         }
+        self.report("ablation", "What each departure from the paper brings", &[], |s| {
+            report::evaluation::ablation(&rows, s)
+        })?;
         if common.json {
             let rows: Vec<_> = rows
                 .iter()
@@ -247,6 +289,11 @@ impl Evaluate {
         }
         Ok(())
     }
+}
+
+/// A setting as text.
+fn json(value: &impl serde::Serialize) -> String {
+    serde_json::to_string(value).unwrap_or_default().replace('"', "")
 }
 
 fn spread(of: &Spread) -> String {

@@ -43,10 +43,14 @@ impl Subject {
         model(bytes, self.model.as_deref())
     }
 
+    /// Unit of the scan.
+    pub fn unit(&self, model: &Model<'_>) -> Unit {
+        self.unit.unwrap_or(model.header().unit)
+    }
+
     /// Model units a unit of the scan.
     pub fn factor(&self, model: &Model<'_>) -> f64 {
-        let own = model.header().unit;
-        unit::millimetres(self.unit.unwrap_or(own)) / unit::millimetres(own)
+        unit::millimetres(self.unit(model)) / unit::millimetres(model.header().unit)
     }
 
     /// The scan in the model's unit, checked and repaired, and what was found.
@@ -93,6 +97,29 @@ pub fn scan(path: Option<&Path>) -> Result<Mesh, Failure> {
         mesh.normals = crate::normals::estimate(&mesh.points);
     }
     Ok(mesh)
+}
+
+/// Finds before any work is done that a folder for reports cannot be made.
+pub fn report_folder(folder: &Path) -> Result<(), Failure> {
+    let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
+    if folder.exists() && !folder.is_dir() {
+        return Err(format!("cannot write reports into {}: it is a file", folder.display()).into());
+    }
+    if let Some(parent) = parent.filter(|parent| !parent.is_dir()) {
+        let (folder, parent) = (folder.display(), parent.display());
+        return Err(format!("cannot make {folder}: the folder {parent} does not exist").into());
+    }
+    Ok(())
+}
+
+/// Writes a report; its folder is made where it is missing.
+pub fn write_report(path: &Path, html: &str) -> Result<(), Failure> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    if !folder.as_os_str().is_empty() && !folder.is_dir() {
+        std::fs::create_dir(folder)
+            .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;
+    }
+    Ok(io::atomic::write(path, |file| file.write_all(html.as_bytes()))?)
 }
 
 /// All vertices times a factor.

@@ -54,6 +54,7 @@ impl Clutter {
         all.mesh.triangles.extend(self.mesh.triangles.iter().map(|t| t.map(|v| v + offset)));
         all.labels.resize(all.mesh.points.len(), CLUTTER);
         all.distances.resize(all.mesh.points.len(), 0.0);
+        all.heights.resize(all.mesh.points.len(), 0.0);
         all
     }
 }
@@ -87,7 +88,8 @@ mod tests {
     fn what_is_far_is_measured_and_kept_apart() {
         let clutter = Clutter::of(&both(&sheet(0.1), &sheet(9.0)), &sheet(0.0), 2.0);
         assert_eq!((clutter.mesh.clone(), clutter.area, clutter.share), (sheet(9.0), 16.0, 0.5));
-        let merged = Merged { mesh: sheet(0.0), labels: vec![1; 4], distances: vec![0.1; 4] };
+        let merged =
+            Merged { mesh: sheet(0.0), labels: vec![1; 4], distances: vec![0.1; 4], heights: vec![0.1; 4] };
         let all = clutter.append_to(&merged);
         assert_eq!(all.labels, [1, 1, 1, 1, CLUTTER, CLUTTER, CLUTTER, CLUTTER]);
         assert_eq!(all.mesh.triangles[2..], [[4, 5, 6], [4, 6, 7]]);

@@ -3,7 +3,7 @@
 use crate::fit::dense;
 use crate::mesh::{Mesh, Point, Vector};
 use crate::register::Placed;
-use crate::surface::{Volume, largest_component, marching_cubes, trim_rim};
+use crate::surface::{Volume, close_holes, largest_component, marching_cubes, trim_rim};
 use crate::train::distance::Surface;
 use lacuna::{Model, sample};
 use rayon::prelude::*;
@@ -139,7 +139,7 @@ impl Dense {
         let fine = self.finer(factor.max(1));
         let volume = Volume { dims: fine.sides, values: &fine.values };
         let mesh = marching_cubes(&volume, &Point::origin(), 1.0 / factor.max(1) as f64);
-        let mut mesh = trim_rim(&largest_component(&mesh));
+        let mut mesh = close_holes(&trim_rim(&largest_component(&mesh), factor.max(1)));
         mesh.points.par_iter_mut().for_each(|p| *p = placed.to_scan(p));
         mesh
     }

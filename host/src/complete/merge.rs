@@ -5,6 +5,7 @@
 //! is no step at the seam. The mesh stays the manifold that the extraction made.
 
 use crate::mesh::{Mesh, Point, Vector};
+use crate::surface::carry;
 use crate::train::distance::Surface;
 use rayon::prelude::*;
 
@@ -14,9 +15,11 @@ pub const MEASURED: u8 = 1;
 pub const INFERRED: u8 = 0;
 
 /// Share of a motion that reaches the next ring of vertices beyond the seam.
-const FADE: f64 = 0.85;
+const FADE: f64 = 0.92;
 /// Rings the motion is carried.
-const RINGS: usize = 24;
+const RINGS: usize = 40;
+/// Times measured vertices that make a step at the seam are given up.
+const YIELDS: usize = 12;
 
 /// The completed mesh.
 #[derive(Clone, Debug, Default)]
@@ -27,6 +30,8 @@ pub struct Merged {
     pub labels: Vec<u8>,
     /// Distance to the scan, one a vertex, in the scan's unit.
     pub distances: Vec<f32>,
+    /// How far each vertex was moved outward from the fitted surface, in the scan's unit.
+    pub heights: Vec<f32>,
 }
 
 /// How the measured surface is found next to a vertex.
@@ -36,24 +41,42 @@ pub struct Limits {
     pub motion: f64,
     /// Farthest sideways part of it: positive for clouds, whose every point has a border.
     pub sideways: Option<f64>,
+    /// Largest step at the seam, scan units: a measured vertex that stands out farther from inferred neighbours is
+    /// a stray of the scan's ragged border.
+    pub step: f64,
 }
 
 /// Moves `fitted` onto the scan where it was measured.
 pub fn merge(fitted: &Mesh, scan: &Surface, limits: &Limits) -> Merged {
     let normals = fitted.vertex_normals();
-    let motions: Vec<Option<Vector>> = fitted
+    let mut motions: Vec<Option<Vector>> = fitted
         .points
         .par_iter()
         .zip(&normals)
         .map(|(point, normal)| motion(point, normal, scan, limits))
         .collect();
-    let faded = fade(fitted, &motions);
+    // Beyond the last ring a motion ends at FADE^RINGS of itself, a fiftieth: no step to be seen.
+    let mut faded = carry(fitted, &motions, FADE, RINGS);
+    for _ in 0..YIELDS {
+        let strays = strays(fitted, &motions, &faded, limits.step);
+        if strays.is_empty() {
+            break;
+        }
+        strays.into_iter().for_each(|v| motions[v as usize] = None);
+        faded = carry(fitted, &motions, FADE, RINGS);
+    }
+    let heights = faded.iter().zip(&normals).map(|(motion, normal)| motion.dot(normal) as f32).collect();
     let points: Vec<Point> = fitted.points.iter().zip(&faded).map(|(p, motion)| p + motion).collect();
     let distance =
         |p: &Point| scan.distance(p, f64::INFINITY).map_or(f32::INFINITY, |d| d.value.abs() as f32);
     let distances = points.par_iter().map(distance).collect();
     let labels = motions.iter().map(|m| if m.is_some() { MEASURED } else { INFERRED }).collect();
-    Merged { mesh: Mesh { points, normals: vec![], triangles: fitted.triangles.clone() }, labels, distances }
+    Merged {
+        mesh: Mesh { points, normals: vec![], triangles: fitted.triangles.clone() },
+        labels,
+        distances,
+        heights,
+    }
 }
 
 fn motion(point: &Point, normal: &Vector, scan: &Surface, limits: &Limits) -> Option<Vector> {
@@ -72,32 +95,19 @@ fn motion(point: &Point, normal: &Vector, scan: &Surface, limits: &Limits) -> Op
     }
 }
 
-/// Carries the motions over the seam: each unmeasured vertex takes the mean of its neighbours, a little less.
-fn fade(mesh: &Mesh, motions: &[Option<Vector>]) -> Vec<Vector> {
-    let mut current: Vec<Vector> = motions.iter().map(|m| m.unwrap_or_else(Vector::zeros)).collect();
-    let mut reached: Vec<bool> = motions.iter().map(Option::is_some).collect();
-    for _ in 0..RINGS {
-        let mut sums = vec![(Vector::zeros(), 0.0f64); current.len()];
-        for triangle in &mesh.triangles {
-            for i in 0..3 {
-                let (to, from) = (triangle[i] as usize, triangle[(i + 1) % 3] as usize);
-                for (to, from) in [(to, from), (from, to)] {
-                    if motions[to].is_none() && reached[from] {
-                        sums[to].0 += current[from];
-                        sums[to].1 += 1.0;
-                    }
-                }
-            }
-        }
-        for (i, (sum, count)) in sums.into_iter().enumerate() {
-            if count > 0.0 {
-                current[i] = sum / count * FADE;
-                reached[i] = true;
+/// Measured vertices that moved by more than `step` otherwise than an inferred neighbour.
+fn strays(mesh: &Mesh, motions: &[Option<Vector>], faded: &[Vector], step: f64) -> Vec<u32> {
+    let mut strays = Vec::new();
+    for &[a, b, c] in &mesh.triangles {
+        for (from, to) in [(a, b), (b, a), (b, c), (c, b), (c, a), (a, c)] {
+            let [measured, inferred] = [from, to].map(|v| v as usize);
+            let seam = motions[measured].is_some() && motions[inferred].is_none();
+            if seam && (faded[measured] - faded[inferred]).norm() > step {
+                strays.push(from);
             }
         }
     }
-    // Beyond the last ring a motion ends at FADE^RINGS of itself, a fiftieth: no step to be seen.
-    current
+    strays
 }
 
 #[cfg(test)]
@@ -119,7 +129,7 @@ mod tests {
         let scan = Surface::new(&strip(10, 0.4)).unwrap();
         let mut fitted = strip(40, 0.0);
         fitted.points.iter_mut().for_each(|p| p.y = 0.25 + p.y / 2.0);
-        let merged = merge(&fitted, &scan, &Limits { motion: 1.0, sideways: None });
+        let merged = merge(&fitted, &scan, &Limits { motion: 1.0, sideways: None, step: 0.25 });
         let height = |x: usize| merged.mesh.points[2 * x].z;
         assert_eq!((merged.labels[2 * 5], height(5)), (MEASURED, 0.4));
         assert_eq!(merged.labels[2 * 12], INFERRED);

@@ -90,6 +90,8 @@ pub enum Error {
 const HULL_CELL: f64 = 0.5;
 /// Farthest motion of the fitted surface onto the scan, class millimetres.
 const MOTION: f64 = 4.0;
+/// Largest step at the seam, class millimetres.
+const STEP: f64 = 0.25;
 
 /// Completes a scan in the arithmetic `A`.
 ///
@@ -146,7 +148,7 @@ pub fn complete_by(
         ));
     }
     let unit = class_millimetre(model, &placed);
-    let limits = Limits { motion: MOTION * unit, sideways: measured.sideways };
+    let limits = Limits { motion: MOTION * unit, sideways: measured.sideways, step: STEP * unit };
     let merged = merge::merge(&fitted, &measured.surface, &limits);
     let clutter = Clutter::of(&scan, &merged.mesh, APART * unit);
     let verdict = judge(model, &start, &placed, &fit, &merged, agreement);

@@ -23,36 +23,44 @@ pub fn colours(labels: &[u8]) -> Vec<[u8; 3]> {
     labels.iter().map(colour).collect()
 }
 
+/// What the columns show, from left to right.
+pub const TITLES: [&str; 5] = ["scan", "global fit", "local fit", "completed", "inferred part in orange"];
+
 /// Draws a completion; each panel is `width` × `height` pixels.
 pub fn draw(completion: &Completion, width: usize, height: usize) -> Image {
+    Image::stack(&drawn(completion, TITLES, width, height))
+}
+
+/// The two rows without captions: from the front, and from the side that was inferred most.
+pub fn rows(completion: &Completion, width: usize, height: usize) -> [Image; 2] {
+    drawn(completion, [""; 5], width, height)
+}
+
+fn drawn(completion: &Completion, titles: [&str; 5], width: usize, height: usize) -> [Image; 2] {
     let turned = |mesh: &Mesh| in_model(mesh, &completion.placed);
     let (scan, global) = (turned(&completion.scan), turned(&completion.global));
     let (local, merged) = (turned(&completion.local), turned(&completion.merged.mesh));
     let colours = colours(&completion.merged.labels);
-    let panel = |mesh, title| Panel { mesh, colours: None, title };
-    let highlighted = Panel { mesh: &merged, colours: Some(&colours), title: "inferred part in orange" };
-    let panels = [
-        panel(&scan, "scan"),
-        panel(&global, "global fit"),
-        panel(&local, "local fit"),
-        panel(&merged, "completed"),
-        highlighted,
-    ];
-    let front = front(&merged);
-    let up = if front.y.abs() < 0.9 { Vector::y() } else { Vector::z() };
+    let mut panels =
+        [&scan, &global, &local, &merged, &merged].map(|mesh| Panel { mesh, colours: None, title: "" });
+    panels[4].colours = Some(&colours);
+    let (front, up) = directions(&merged);
     let right = up.cross(&front).normalize();
     let side = if leans(&merged, &completion.merged.labels, &right) { right } else { -right };
-    let first = picture(&untitled(&panels), &Camera::new(-front, up), width, height);
+    let first = picture(&panels, &Camera::new(-front, up), width, height);
+    panels.iter_mut().zip(titles).for_each(|(panel, title)| panel.title = title);
     let second = picture(&panels, &Camera::new(-(front * 0.5 + side), up), width, height);
-    Image::stack(&[first, second])
+    [first, second]
 }
 
-fn untitled<'a>(panels: &[Panel<'a>]) -> Vec<Panel<'a>> {
-    panels.iter().map(|panel| Panel { title: "", ..*panel }).collect()
+/// Where the surface faces on the whole, and what is up in pictures of it.
+pub(crate) fn directions(mesh: &Mesh) -> (Vector, Vector) {
+    let front = front(mesh);
+    (front, if front.y.abs() < 0.9 { Vector::y() } else { Vector::z() })
 }
 
 /// The mesh in voxels of the model, so that pictures of different scans look alike.
-fn in_model(mesh: &Mesh, placed: &Placed) -> Mesh {
+pub(crate) fn in_model(mesh: &Mesh, placed: &Placed) -> Mesh {
     let turn = |n: &Vector| Vector::from(placed.pose.rotate(n.map(|c| c as f32).into()).map(f64::from));
     Mesh {
         points: mesh.points.iter().map(|p| placed.to_model(p)).collect(),
@@ -62,7 +70,7 @@ fn in_model(mesh: &Mesh, placed: &Placed) -> Mesh {
 }
 
 /// Where the surface faces on the whole; z for a closed one.
-pub(crate) fn front(mesh: &Mesh) -> Vector {
+fn front(mesh: &Mesh) -> Vector {
     let (mut sum, mut total) = (Vector::zeros(), 0.0);
     for t in 0..mesh.triangles.len() {
         let [a, b, c] = mesh.corners(t);

@@ -27,7 +27,8 @@ use crate::mesh::Mesh;
 use crate::train::prepared::Prepared;
 use crate::{correspondence::Correspondence, train};
 use approximate::Models;
-use digest::{digest, digest_of};
+use digest::digest;
+pub use digest::digest_of as mesh_digest;
 use lacuna::Model;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -157,7 +158,7 @@ impl Evaluation {
             t.modes,
             t.distances == train::Distances::Exact,
         ]);
-        let shapes = self.shapes.iter().map(|shape| digest_of(shape).to_le_bytes().to_vec());
+        let shapes = self.shapes.iter().map(|shape| mesh_digest(shape).to_le_bytes().to_vec());
         digest(std::iter::once(chosen.to_string().into_bytes()).chain(shapes))
     }
 

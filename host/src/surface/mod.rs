@@ -1,14 +1,18 @@
 //! Explicit surfaces: extracting them from signed distances, their connectivity, refining them.
 
+mod carry;
 mod cases;
 mod components;
+mod holes;
 mod marching_cubes;
 mod refine;
 mod rim;
 mod signs;
 mod topology;
 
+pub use carry::carry;
 pub use components::{components, keep_triangles, largest_component};
+pub use holes::{close_holes, open_curves};
 pub use marching_cubes::{CLAMP, Volume, marching_cubes};
 pub use refine::subdivide;
 pub use rim::trim_rim;

@@ -199,7 +199,7 @@ fn mean_shape(shapes: &[Mesh], motions: &[Similarity3<f64>], size: f64) -> Optio
         })
         .collect();
     let volume = Volume { dims: lattice.sides, values: &values };
-    let mesh = trim_rim(&largest_component(&marching_cubes(&volume, &lattice.origin, spacing)));
+    let mesh = trim_rim(&largest_component(&marching_cubes(&volume, &lattice.origin, spacing)), 1);
     (!mesh.triangles.is_empty()).then_some(mesh)
 }
 

@@ -68,5 +68,5 @@ fn check(mesh: &Mesh, closed: bool, known: bool) {
     assert_eq!(pieces.len(), mesh.triangles.len());
     assert!(largest_component(mesh).triangles.len() <= mesh.triangles.len());
     assert_eq!(subdivide(mesh).triangles.len(), 4 * mesh.triangles.len());
-    assert_eq!(Edges::of(&trim_rim(mesh)).non_manifold(), 0);
+    assert_eq!(Edges::of(&trim_rim(mesh, 1)).non_manifold(), 0);
 }

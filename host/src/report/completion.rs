@@ -1,0 +1,281 @@
+//! The report of a completed scan.
+
+use super::histogram::{Distances, drawing};
+use super::html::{self, escape};
+use super::page::{Page, section};
+use super::scene::{Scene, Surface};
+use super::{columns, table};
+use crate::complete::{Completion, picture};
+use crate::evaluate::mesh_digest;
+use crate::mesh::{Mesh, Vector};
+use crate::train::distance;
+use crate::unit;
+use lacuna::Model;
+use rayon::prelude::*;
+
+/// What a report says besides the completion itself.
+pub struct Subject<'a> {
+    /// What the scan is called.
+    pub scan: &'a str,
+    /// The scan as it was read.
+    pub original: &'a Mesh,
+    /// Scan to model, both in the model's unit.
+    pub scan_to_model: [[f64; 4]; 4],
+    /// Names and values of the settings.
+    pub settings: &'a [(&'a str, String)],
+    /// What to type to repeat it.
+    pub command: &'a str,
+}
+
+/// Distances that fill the scale of colours, class millimetres.
+const RANGES: [f64; 3] = [1.0, 4.0, 16.0];
+/// Distances shown in the histogram, class millimetres.
+const SHOWN: f64 = 2.0;
+/// Distances counted in it, class millimetres.
+const COUNTED: f64 = 8.0;
+
+/// The whole file.
+///
+/// # Errors
+/// Pictures or numbers that cannot be encoded; nothing is known that cannot.
+pub fn html(
+    completion: &Completion,
+    model: &Model<'_>,
+    subject: &Subject<'_>,
+) -> Result<String, Box<dyn std::error::Error + Send + Sync>> {
+    let unit = unit::symbol(model.header().unit);
+    let (columns, scene) = rayon::join(|| columns::columns(completion), || scene(completion, model));
+    let scene = html::json(&scene)?;
+    let body = [
+        heading(completion, subject.scan, unit),
+        section("figure", "Scan, fits, completed surface", &columns?),
+        view(),
+        section("verdict", "Verdict", &verdict(completion, unit)),
+        section("distances", "How the seen surface is met", &distances(completion, model, unit)),
+        section("pose", "Pose", &pose(completion, &subject.scan_to_model)),
+        section("model", "Model", &model_table(model)),
+        section("repeat", "To repeat it", &repeat(completion, subject)),
+    ];
+    let title = format!("{}, completed", subject.scan);
+    Ok(Page { title: &title, body: &body.concat(), scene: Some(&scene) }.html())
+}
+
+fn heading(completion: &Completion, scan: &str, unit: &str) -> String {
+    let verdict = &completion.verdict;
+    let grade = format!("{:?}", verdict.grade).to_lowercase();
+    format!(
+        "<h1>{}</h1>\n<p class=\"lead\">Verdict: <span class=\"grade {grade}\">{grade}</span>. The seen part lies \
+         {:.2} {unit} rms from the local fit; {:.0} % of the completed surface is inferred.</p>\n",
+        escape(scan),
+        verdict.seen_rms,
+        100.0 * verdict.inferred_share
+    )
+}
+
+/// The interactive view; the script fills in the choices.
+fn view() -> String {
+    let buttons = [
+        ("left", "Turn left", "\u{2190}"),
+        ("right", "Turn right", "\u{2192}"),
+        ("up", "Turn up", "\u{2191}"),
+        ("down", "Turn down", "\u{2193}"),
+        ("closer", "Closer", "+"),
+        ("farther", "Farther", "\u{2212}"),
+        ("reset", "Reset the view", "Reset"),
+    ];
+    let button = |(act, name, sign): (&str, &str, &str)| {
+        format!(
+            "<button type=\"button\" data-act=\"{act}\" aria-label=\"{name}\" title=\"{name}\">{sign}</button>\n"
+        )
+    };
+    let buttons: String = buttons.into_iter().map(button).collect();
+    format!(
+        "<section id=\"view-section\" aria-labelledby=\"view-heading\">\n<h2 id=\"view-heading\">Look around</h2>\n\
+         <noscript><p>The interactive view needs JavaScript; everything else on this page does not.</p></noscript>\n\
+         <p id=\"no-view\" hidden>This browser offers no WebGL 2, so there is no interactive view; the pictures above \
+         and the PLY file show the same surfaces.</p>\n\
+         <div id=\"viewer\">\n<div>\n<canvas id=\"view\" tabindex=\"0\" role=\"application\" aria-label=\"3D view\" \
+         aria-describedby=\"status\"></canvas>\n\
+         <p id=\"status\" class=\"note\" role=\"status\"></p>\n\
+         <p class=\"note\">Drag to turn, pinch to zoom; with the view in focus the wheel, plus and minus zoom, arrow \
+         keys turn, Home resets.</p>\n</div>\n<div>\n\
+         <fieldset id=\"surface-choice\"><legend>Surface</legend></fieldset>\n\
+         <fieldset id=\"colouring-choice\"><legend>Colour</legend></fieldset>\n\
+         <p id=\"key-parts\" hidden><span class=\"swatch measured\"></span> measured \
+         <span class=\"swatch inferred\"></span> inferred</p>\n\
+         <div id=\"key-distance\" hidden><div id=\"scale-bar\" role=\"img\" aria-label=\"Scale of colours, dark is \
+         near, bright is far\"></div><div class=\"ends\"><span id=\"range-low\"></span><span id=\"range-high\"></span>\
+         </div><p class=\"note\" id=\"range-of\"></p></div>\n\
+         <p id=\"range-choice\" hidden><label>Scale <select id=\"range\"></select></label></p>\n\
+         <div class=\"buttons\" role=\"group\" aria-label=\"Turn and zoom\">\n{buttons}</div>\n</div>\n</div>\n</section>\n"
+    )
+}
+
+fn scene(completion: &Completion, model: &Model<'_>) -> Scene {
+    let unit = unit::symbol(model.header().unit);
+    let millimetre = millimetre(completion, model);
+    let ranges = RANGES.map(|range| rounded(range * millimetre));
+    let turned = |mesh: &Mesh| picture::in_model(mesh, &completion.placed);
+    let (scan, global) = (turned(&completion.scan), turned(&completion.global));
+    let (local, merged) = (turned(&completion.local), turned(&completion.merged.mesh));
+    let to = |mesh: &Mesh, other: &Mesh| to_surface(mesh, other, ranges[2]);
+    let surface =
+        |name, mesh, distance_to, distances| Surface { name, mesh, distance_to, distances, labels: None };
+    let to_scan = "the scan";
+    let surfaces = [
+        surface("scan", &scan, "the local fit", to(&completion.scan, &completion.local)),
+        surface("global fit", &global, to_scan, to(&completion.global, &completion.scan)),
+        surface("local fit", &local, to_scan, to(&completion.local, &completion.scan)),
+        Surface {
+            labels: Some(&completion.merged.labels),
+            ..surface("completed", &merged, to_scan, completion.merged.distances.clone())
+        },
+    ];
+    let (front, up) = picture::directions(&merged);
+    let axes =
+        [up.cross(&front), front.cross(&up.cross(&front)), front].map(|axis: Vector| axis.normalize().into());
+    Scene::new(unit, ranges, axes, &surfaces)
+}
+
+/// Distances of vertices to a mesh, or to the nearest point of a cloud's local fit: `limit` where it is farther.
+fn to_surface(mesh: &Mesh, other: &Mesh, limit: f64) -> Vec<f32> {
+    let Some(surface) = distance::Surface::new(other) else { return vec![limit as f32; mesh.points.len()] };
+    let distance = |p| surface.distance(p, limit).map_or(limit, |d| d.value.abs()) as f32;
+    mesh.points.par_iter().map(distance).collect()
+}
+
+/// One class millimetre in the scan's unit.
+fn millimetre(completion: &Completion, model: &Model<'_>) -> f64 {
+    f64::from(model.header().scales.millimetre) / f64::from(completion.placed.pose.scale)
+}
+
+/// Two digits are enough for a scale.
+fn rounded(value: f64) -> f64 {
+    let place = 10f64.powf(value.abs().max(1e-12).log10().floor() - 1.0);
+    let digits = (value / place).round();
+    if place < 1.0 { digits / (1.0 / place).round() } else { digits * place }
+}
+
+fn verdict(completion: &Completion, unit: &str) -> String {
+    let v = &completion.verdict;
+    let reasons = if v.reasons.is_empty() {
+        "<p>Nothing is unusual about this scan.</p>\n".into()
+    } else {
+        let items: String = v.reasons.iter().map(|r| format!("<li>{}</li>\n", escape(r))).collect();
+        format!("<ul>\n{items}</ul>\n")
+    };
+    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+    reasons
+        + &table::pairs(&[
+            ("on the fitted surface", format!("{} of the scan near the model", percent(v.inlier_share))),
+            (
+                "left out",
+                format!(
+                    "{} of the scan, and {} triangles of specks",
+                    percent(v.clutter_share),
+                    completion.specks
+                ),
+            ),
+            ("seen part", format!("{:.3} {unit} rms from the local fit", v.seen_rms)),
+            (
+                "inferred part",
+                format!("{} of the surface, {:.0} {unit}\u{b2}", percent(v.inferred_share), v.inferred_area),
+            ),
+            ("global weights", format!("{:.2} standard deviations rms", v.weight_norm)),
+            ("size", format!("{:.3} of the class", v.scale)),
+        ])
+}
+
+fn distances(completion: &Completion, model: &Model<'_>, unit: &str) -> String {
+    let millimetre = millimetre(completion, model);
+    let measure = |fitted| Distances::new(&completion.scan, fitted, COUNTED * millimetre);
+    let (local, global) = (measure(&completion.local), measure(&completion.global));
+    let row = |name: &str, of: &Distances| {
+        let numbers = [of.rms(), of.within(0.5), of.within(0.95)].map(|d| format!("{d:.3}"));
+        [vec![name.to_owned(), of.count().to_string()], numbers.to_vec()].concat()
+    };
+    let head = [
+        "fit",
+        "vertices",
+        &format!("rms {unit}"),
+        &format!("median {unit}"),
+        &format!("95 % within {unit}"),
+    ];
+    drawing(&local, &global, rounded(SHOWN * millimetre), unit)
+        + &table::grid(&head, &[row("local", &local), row("global", &global)])
+        + &format!(
+            "<p class=\"note\">From the scan's vertices to the pure model surface, before it is moved onto the scan; \
+             vertices beyond its rim or farther than {:.1} {unit} are left out.</p>\n",
+            COUNTED * millimetre
+        )
+}
+
+fn pose(completion: &Completion, matrix: &[[f64; 4]; 4]) -> String {
+    let rows = matrix.map(|row| row.map(|c| format!("{c:.6}")).join(", "));
+    let [best, next] = completion.verdict.pose_inliers.map(|share| format!("{:.1} %", 100.0 * share));
+    format!(
+        "<p>{best} of the scan agree with this pose, {next} with the next best that was tried. From scan to model, \
+         as <code>--pose</code> takes it:</p>\n<pre>[[{}]]</pre>\n",
+        rows.join("],\n [")
+    )
+}
+
+fn model_table(model: &Model<'_>) -> String {
+    let h = model.header();
+    let [x, y, z] = h.sides;
+    let unit = unit::symbol(h.unit);
+    table::pairs(&[
+        ("class", h.class.to_owned()),
+        ("made", h.made.to_owned()),
+        (
+            "shapes, modes",
+            format!("{}, {} ({:.1} % of the variance)", h.shapes, model.modes(), 100.0 * h.explained),
+        ),
+        ("voxels", format!("{x} \u{d7} {y} \u{d7} {z} of {} {unit}, {} stored", h.spacing, h.voxels)),
+        ("weight nodes", format!("every {:.1} {unit}", f32::from(h.stride) * h.spacing)),
+        ("format, CRC-32", format!("version {}, {:08x}", lacuna::format::VERSION, model.checksum())),
+    ])
+}
+
+fn repeat(completion: &Completion, subject: &Subject<'_>) -> String {
+    let d = &completion.fit.digests;
+    let mut rows = vec![
+        ("program", format!("lacuna {}", env!("CARGO_PKG_VERSION"))),
+        ("scan", subject.scan.to_owned()),
+        (
+            "scan as read",
+            format!(
+                "{} vertices, {} triangles, CRC-32 {:08x}",
+                subject.original.points.len(),
+                subject.original.triangles.len(),
+                mesh_digest(subject.original)
+            ),
+        ),
+    ];
+    rows.extend(subject.settings.iter().cloned());
+    let digests = [
+        ("pose", d.pose),
+        ("hull", d.hull),
+        ("global", d.global),
+        ("local", d.local),
+        ("distances", d.distances),
+    ];
+    rows.push(("digests", digests.map(|(stage, crc)| format!("{stage} {crc:08x}")).join(", ")));
+    format!(
+        "<pre>{}</pre>\n{}<p class=\"note\">The same command on the same files gives the same digests on every \
+         machine, and on a device.</p>\n",
+        escape(subject.command),
+        table::pairs(&rows)
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::rounded;
+
+    #[test]
+    fn scales_have_two_digits() {
+        assert_eq!([1.0387, 16.49, 0.004_123, 0.0].map(rounded)[..3], [1.0, 16.0, 0.0041]);
+        assert!(rounded(0.0).abs() < 1e-9);
+    }
+}
