@@ -20,6 +20,11 @@ pub fn stl(bytes: &[u8]) {
     read(Format::Stl, bytes);
 }
 
+/// PCD.
+pub fn pcd(bytes: &[u8]) {
+    read(Format::Pcd, bytes);
+}
+
 /// Text in columns.
 pub fn xyz(bytes: &[u8]) {
     read(Format::Xyz, bytes);
@@ -105,6 +110,30 @@ pub fn stl_seeds() -> Vec<Vec<u8>> {
         bytes
     };
     vec![text.into(), text.repeat(2).into(), binary(b"made by"), binary(b"solid part")]
+}
+
+/// Ascii, binary, and compressed as one literal run.
+pub fn pcd_seeds() -> Vec<Vec<u8>> {
+    let header = |data: &str| {
+        format!(
+            "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH 2\n\
+             HEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA {data}\n"
+        )
+        .into_bytes()
+    };
+    let values: Vec<u8> =
+        [0.0f32, 1.0, 2.0, 0.0, 3.0, 4.0, 5.0, 0.0].iter().flat_map(|v| v.to_le_bytes()).collect();
+    let literal = [&[31][..], &values].concat();
+    let sizes = [(literal.len() as u32).to_le_bytes(), (values.len() as u32).to_le_bytes()].concat();
+    let normals =
+        b"FIELDS x y z normal_x normal_y normal_z\nSIZE 8 8 8 4 4 4\nTYPE F F F F F F\nWIDTH 1\nHEIGHT 1\n\
+                    POINTS 1\nDATA ascii\n1 2 nan 0 0 1\n4 5 6 0 0 1\n";
+    vec![
+        [&header("ascii")[..], b"0 1 2 0\n3 4 5 0\n"].concat(),
+        [&header("binary")[..], &values].concat(),
+        [&header("binary_compressed")[..], &sizes, &literal].concat(),
+        normals.to_vec(),
+    ]
 }
 
 /// Three and six columns, separators, remarks.

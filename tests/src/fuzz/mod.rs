@@ -26,7 +26,7 @@ pub struct Target {
 }
 
 /// All targets.
-pub static TARGETS: [Target; 10] = [
+pub static TARGETS: [Target; 11] = [
     Target { name: "model", run: model::run, seeds: model::seeds },
     Target { name: "fit", run: fit::run, seeds: fit::seeds },
     Target { name: "device", run: device::run, seeds: device::seeds },
@@ -34,6 +34,7 @@ pub static TARGETS: [Target; 10] = [
     Target { name: "ply", run: meshes::ply, seeds: meshes::ply_seeds },
     Target { name: "obj", run: meshes::obj, seeds: meshes::obj_seeds },
     Target { name: "stl", run: meshes::stl, seeds: meshes::stl_seeds },
+    Target { name: "pcd", run: meshes::pcd, seeds: meshes::pcd_seeds },
     Target { name: "xyz", run: meshes::xyz, seeds: meshes::xyz_seeds },
     Target { name: "depth", run: depth::run, seeds: depth::seeds },
     Target { name: "surface", run: surface::run, seeds: surface::seeds },
