@@ -118,9 +118,10 @@ fn the_view_draws_and_follows_every_choice() {
     let wide = browser.picture_of("#view");
     browser.run("(() => { const r = document.getElementById('range'); r.selectedIndex = 0; r.dispatchEvent(new Event('change', { bubbles: true })); })()");
     assert_ne!(browser.picture_of("#view"), wide, "the scale of colours does not matter");
-    assert_eq!(browser.complaints, [String::new(); 0]);
+    assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
     let elsewhere = browser.requests.iter().filter(|r| !r.starts_with("file:") && !r.starts_with("data:"));
-    assert_eq!(elsewhere.collect::<Vec<_>>(), [&String::new(); 0]);
+    let elsewhere: Vec<&String> = elsewhere.collect();
+    assert!(elsewhere.is_empty(), "{elsewhere:?}");
 }
 
 #[test]
@@ -153,7 +154,7 @@ fn the_view_turns_by_keys_by_buttons_and_by_the_pointer() {
     browser.run("document.querySelector('button[data-act=reset]').click()");
     browser.run("document.getElementById('view').focus()");
     assert_eq!(browser.picture_of("#view"), start, "the reset button");
-    assert_eq!(browser.complaints, [String::new(); 0]);
+    assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
 }
 
 #[test]
@@ -187,5 +188,5 @@ fn without_webgl_a_sentence_says_so() {
     let sentence = browser.run("document.getElementById('no-view').innerText");
     assert!(sentence.as_str().unwrap().contains("no WebGL"), "{sentence}");
     assert_eq!(browser.run("document.getElementById('viewer').getClientRects().length"), 0);
-    assert_eq!(browser.complaints, [String::new(); 0]);
+    assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
 }

@@ -135,8 +135,9 @@ impl Complete {
     }
 
     fn report_path(&self) -> Option<PathBuf> {
-        let name = self.output.file_stem().unwrap_or("completed".as_ref());
-        self.report.as_ref().map(|folder| folder.join(name).with_added_extension("html"))
+        let mut name = self.output.file_stem().unwrap_or("completed".as_ref()).to_os_string();
+        name.push(".html");
+        self.report.as_ref().map(|folder| folder.join(name))
     }
 
     fn picture_path(&self) -> Option<PathBuf> {
