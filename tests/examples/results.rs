@@ -79,8 +79,9 @@ fn scans(model: &Model<'_>, samples: &[Sample], page: &Path, shown: &str) -> Str
             save(&page.join(&name), &png);
         }
     }
-    let medians = columns.map(median);
-    let _ = writeln!(out, "| **median** | | {} |", row(&medians));
+    if samples.len() > 2 {
+        let _ = writeln!(out, "| **median** | | {} |", row(&columns.map(median)));
+    }
     out + &format!("\n![{shown}: scan, fits, completed]({}.png)\n\n", shown.to_lowercase().replace(' ', "-"))
 }
 
