@@ -127,16 +127,30 @@ mod tests {
     #[test]
     fn measured_vertices_lie_on_the_scan_and_the_motion_fades() {
         let scan = Surface::new(&strip(10, 0.4)).unwrap();
-        let mut fitted = strip(40, 0.0);
+        let mut fitted = strip(60, 0.0);
         fitted.points.iter_mut().for_each(|p| p.y = 0.25 + p.y / 2.0);
         let merged = merge(&fitted, &scan, &Limits { motion: 1.0, sideways: None, step: 0.25 });
         let height = |x: usize| merged.mesh.points[2 * x].z;
         assert_eq!((merged.labels[2 * 5], height(5)), (MEASURED, 0.4));
         assert_eq!(merged.labels[2 * 12], INFERRED);
-        let (near, far) = (height(11), height(40));
+        let (near, far) = (height(11), height(60));
         assert!(near > 0.05 && near < 0.4 && far == 0.0, "{near} {far}");
-        let heights: Vec<f64> = (0..=40).map(height).collect();
+        let heights: Vec<f64> = (0..=60).map(height).collect();
         assert!(heights[1..].windows(4).all(|w| w[0] >= w[3] - 1e-12), "{heights:?}");
         assert!((merged.distances[2 * 20] - 10.0).abs() < 0.2);
+    }
+
+    #[test]
+    fn a_stray_at_the_seam_is_found_and_its_measured_neighbours_are_not() {
+        let mesh = strip(4, 0.0);
+        let measured = |height: f64| Some(Vector::z() * height);
+        // Left to right: measured, measured but standing out, inferred.
+        let heights = [0.1, 0.1, 0.1, 0.9, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        let motions: Vec<Option<Vector>> =
+            heights.iter().enumerate().map(|(v, &h)| if v < 4 { measured(h) } else { None }).collect();
+        let faded: Vec<Vector> = heights.iter().map(|&h| Vector::z() * h).collect();
+        let mut found = strays(&mesh, &motions, &faded, 0.25);
+        found.dedup();
+        assert_eq!(found, [3]);
     }
 }
