@@ -139,4 +139,18 @@ mod tests {
         assert!(heights[1..].windows(4).all(|w| w[0] >= w[3] - 1e-12), "{heights:?}");
         assert!((merged.distances[2 * 20] - 10.0).abs() < 0.2);
     }
+
+    #[test]
+    fn a_stray_at_the_seam_is_found_and_its_measured_neighbours_are_not() {
+        let mesh = strip(4, 0.0);
+        let measured = |height: f64| Some(Vector::z() * height);
+        // Left to right: measured, measured but standing out, inferred.
+        let heights = [0.1, 0.1, 0.1, 0.9, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        let motions: Vec<Option<Vector>> =
+            heights.iter().enumerate().map(|(v, &h)| if v < 4 { measured(h) } else { None }).collect();
+        let faded: Vec<Vector> = heights.iter().map(|&h| Vector::z() * h).collect();
+        let mut found = strays(&mesh, &motions, &faded, 0.25);
+        found.dedup();
+        assert_eq!(found, [3]);
+    }
 }
