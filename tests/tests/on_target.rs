@@ -33,7 +33,7 @@ fn assert_golden(machine: &str, name: &str, run: &Run) {
 }
 
 /// Columns of the table, in the order of the work.
-const WORK: [&str; 9] = [
+const WORK: [&str; 10] = [
     "model",
     "setup",
     "pose",
@@ -43,6 +43,7 @@ const WORK: [&str; 9] = [
     "local residuals",
     "local gradient",
     "local update",
+    "local sweep",
 ];
 
 /// Bytes of flash and static RAM, as `size` tells them.
