@@ -90,6 +90,7 @@ pub struct LocalFit<'m, 'b, A: Arithmetic> {
     half: usize,
     /// First brick of the layer under way.
     layer_first: usize,
+    /// μ g / (2 r + 1)³ of each mode in the iteration under way.
     step_gains: [A::Gain; MAX_MODES as usize],
     /// Gains g, 1/256.
     gains: [u16; MAX_MODES as usize],
