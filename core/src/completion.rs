@@ -285,6 +285,7 @@ impl<'b, A: Arithmetic> Completion<'b, A> {
             return None;
         }
         let (pose, known) = (self.outcome.pose, !self.settings.rounds.is_empty());
+        let symmetry = self.model.symmetry();
         for index in *next..(*next + CHUNK).min(self.cloud.len()) {
             let Some((point, normal)) = self.cloud.point(index) else { continue };
             let (point, normal) = (pose.apply(point), pose.rotate(normal));
@@ -294,6 +295,9 @@ impl<'b, A: Arithmetic> Completion<'b, A> {
                 self.outcome.clutter += 1;
             } else {
                 builder.add(point, normal);
+                if let Some(symmetry) = symmetry {
+                    builder.add_mirrored(symmetry.reflect(point), symmetry.turn(normal));
+                }
             }
         }
         *next += CHUNK;

@@ -3,11 +3,11 @@
 //! | offset | size | content |
 //! |---|---|---|
 //! | 0 | 8 | magic `LACUNA\x1a\n` |
-//! | 8 | 2 | format version, 1 |
+//! | 8 | 2 | format version, 2 |
 //! | 10 | 2 | length of the header, H |
 //! | 12 | 4 | length of the whole file |
 //! | 16 | 4 | CRC-32/ISO-HDLC of all bytes but these four |
-//! | 20 | H | [`Header`], postcard |
+//! | 20 | H | [`Header`], then `Option` of [`Symmetry`], postcard |
 //! | | 8 K | modes: f32 standard deviation (root mean square over the band, voxels), f32 gain g, at most 255 |
 //! | | 2 F | far field: i16 mean distance (1/256 voxel) at every `far_stride`-th voxel, [`UNKNOWN`] off the support |
 //! | | 2 C | map: u16 brick number per brick cell, [`ABSENT`] where none is stored |
@@ -42,14 +42,15 @@
 //!
 //! | version | since | what changed |
 //! |---|---|---|
-//! | 1 | 0.1.0 | the first one |
+//! | 1 | 0.1.0 | the first one; its header ends without a symmetry |
+//! | 2 | 0.1.0 | the symmetry behind the header's fields |
 
 use serde::{Deserialize, Serialize};
 
 /// First bytes of a model; the last two catch transfers that treat it as text.
 pub const MAGIC: [u8; 8] = *b"LACUNA\x1a\n";
-/// The format version this build writes and reads.
-pub const VERSION: u16 = 1;
+/// The format version this build writes; it reads this one and all before it.
+pub const VERSION: u16 = 2;
 /// Length of the part before the header.
 pub const PREFIX: usize = 20;
 /// Offset of the checksum.
@@ -138,6 +139,17 @@ pub struct Scales {
     pub local_ridge: f32,
     /// δ of the local fit for one voxel, voxel²: times q³.
     pub voxel_ridge: f32,
+}
+
+/// The plane a class is symmetric about, n·p = d, in voxels; see [`mirror`](crate::mirror).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Symmetry {
+    /// Unit normal n.
+    pub normal: [f32; 3],
+    /// Offset d, voxels.
+    pub offset: f32,
+    /// How far the shapes' mirror images lie from the shapes, root mean square, voxels.
+    pub deviation: f32,
 }
 
 /// What a model says about itself.

@@ -12,12 +12,15 @@ use crate::arithmetic::{DISTANCE_BITS, FULL_WEIGHT, RESIDUAL_LIMIT};
 use crate::error::{Buffer, Error, OptionName};
 use crate::fixed::round_shift;
 use crate::format::digest;
+use crate::mirror;
 use crate::model::{Brick, Model, Row};
 
 const ONE: f32 = (1 << DISTANCE_BITS) as f32;
 const NORMAL_BITS: u32 = 12;
 /// "Weight" of a claimed voxel that is not in the hull.
 const UNKNOWN: i32 = 1;
+/// Least key of a mirrored point: behind those of all measured ones, which are at most (1920² + 1024²) / 128.
+const MIRRORED_KEY: u16 = 40_000;
 
 /// How far a point reaches, 1/256 voxel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -128,6 +131,8 @@ pub struct HullBuilder<'m, 'b, K: Key> {
     reach: Reach,
     targets: &'b mut [i16],
     keys: &'b mut [K],
+    /// Whether the point under way is a mirror image.
+    mirrored: bool,
 }
 
 /// A finished hull.
@@ -157,7 +162,15 @@ impl<'m, 'b, K: Key> HullBuilder<'m, 'b, K> {
         let keys = first_voxels(model, keys, Buffer::Keys)?;
         targets.fill(0);
         keys.fill(K::default());
-        Ok(Self { model, reach, targets, keys })
+        Ok(Self { model, reach, targets, keys, mirrored: false })
+    }
+
+    /// Adds the mirror image of a point and its outward unit normal, both in voxels: it claims, with less weight, what
+    /// no point claims that was measured there, whichever is added first.
+    pub fn add_mirrored(&mut self, point: [f32; 3], normal: [f32; 3]) {
+        self.mirrored = true;
+        self.add(point, normal);
+        self.mirrored = false;
     }
 
     /// Adds a point and its outward unit normal, both in voxels. Points outside the grid and normals that
@@ -232,11 +245,12 @@ impl<'m, 'b, K: Key> HullBuilder<'m, 'b, K> {
     fn claim(&mut self, index: usize, distance: i32, squared: i32) {
         // Behind the surface a voxel is claimed as far as in front, so that a sheet farther off cannot claim it,
         // but only the first ones have a weight: a line of sight ends at the surface.
-        let weight = if distance >= -i32::from(self.reach.behind) { FULL_WEIGHT } else { UNKNOWN };
+        let full = if self.mirrored { mirror::WEIGHT } else { FULL_WEIGHT };
+        let weight = if distance >= -i32::from(self.reach.behind) { full } else { UNKNOWN };
+        let new_key = self.key(squared);
         let (Some(target), Some(key)) = (self.targets.get_mut(index), self.keys.get_mut(index)) else {
             return;
         };
-        let new_key = (squared >> 7).min(65534) as u16 + 1;
         let old = (key.load(), i32::from(Target(*target).distance()));
         let order = |(key, distance): (u16, i32)| (key, distance.abs(), distance);
         if old.0 == 0 || order((new_key, distance)) < order(old) {
@@ -245,8 +259,26 @@ impl<'m, 'b, K: Key> HullBuilder<'m, 'b, K> {
         }
     }
 
-    /// The hull of all points added, and the keys' memory.
+    /// Key of a point at a squared distance, 1/65536 voxel²; never 0.
+    #[inline(always)]
+    fn key(&self, squared: i32) -> u16 {
+        if self.mirrored {
+            MIRRORED_KEY + (squared >> 8).clamp(0, i32::from(u16::MAX - MIRRORED_KEY)) as u16
+        } else {
+            (squared >> 7).clamp(0, i32::from(MIRRORED_KEY) - 2) as u16 + 1
+        }
+    }
+
+    /// The hull of all points added, and the keys' memory. Of mirror images nothing is left where they bring less
+    /// than [`mirror::LEAST_SHARE`].
     pub fn finish(self) -> (Hull<'b>, &'b mut [K]) {
+        let count = |weight| self.targets.iter().filter(|&&t| Target(t).weight() == weight).count() as u32;
+        let (measured, mirrored) = (count(FULL_WEIGHT), count(mirror::WEIGHT));
+        let few = u64::from(mirrored) * 100 < u64::from(measured) * u64::from(mirror::LEAST_SHARE);
+        if mirrored > 0 && few {
+            let images = self.targets.iter_mut().filter(|t| Target(**t).weight() == mirror::WEIGHT);
+            images.for_each(|target| *target = 0);
+        }
         (Hull::new(self.targets), self.keys)
     }
 }

@@ -32,6 +32,7 @@ pub mod grid;
 pub mod hull;
 pub mod hull_rows;
 pub mod local_fit;
+pub mod mirror;
 pub mod model;
 pub mod nodes;
 pub mod pose;

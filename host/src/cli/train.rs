@@ -42,6 +42,9 @@ pub struct Train {
     /// Seed of the alignment's search
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// The class is symmetric about a plane: find it, and let scans of one side help with the other
+    #[arg(long)]
+    symmetric: bool,
     /// How training distances are measured: exact, or along lines of sight (for scans and folded meshes)
     #[arg(long, default_value = "exact", value_parser = distances)]
     distances: crate::train::Distances,
@@ -132,6 +135,7 @@ impl Train {
             stride: self.stride,
             unit: self.unit,
             distances: self.distances,
+            symmetric: self.symmetric,
             ..Settings::default()
         }
     }

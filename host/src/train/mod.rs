@@ -7,6 +7,7 @@ pub mod model_file;
 pub mod pca;
 pub mod prepared;
 pub mod propagate;
+pub mod symmetry;
 pub mod volume;
 
 use crate::mesh::{Mesh, Point, Vector};
@@ -56,6 +57,8 @@ pub struct Settings {
     pub distances: Distances,
     /// Largest share of training shapes that may see a voxel across their border.
     pub border_share: f64,
+    /// Whether the class is symmetric about a plane, to be found.
+    pub symmetric: bool,
 }
 
 impl Default for Settings {
@@ -70,6 +73,7 @@ impl Default for Settings {
             spread: 2.05,
             distances: Distances::Exact,
             border_share: 0.75,
+            symmetric: false,
         }
     }
 }
@@ -101,6 +105,17 @@ pub enum Error {
         "the training shapes have no surface in common: are they of one class, and in one pose (--align)?"
     )]
     NoBand,
+    /// No plane the shapes are symmetric about.
+    #[error(
+        "the shapes are not symmetric: their best mirror images lie {deviation:.3} off in the root mean square, at \
+         most {limit:.3} are allowed; train without --symmetric"
+    )]
+    NotSymmetric {
+        /// Root mean square distance of the mirror images, in the shapes' unit.
+        deviation: f64,
+        /// Largest one allowed.
+        limit: f64,
+    },
     /// Too many bricks or bytes.
     #[error("the model would have {0} bricks, at most 65534 can be stored: choose a larger --spacing")]
     TooLarge(usize),
@@ -147,6 +162,7 @@ struct Plan {
     band: Band,
     border_share: f64,
     distances: Distances,
+    symmetry: Option<symmetry::Plane>,
 }
 
 impl Plan {
@@ -185,7 +201,8 @@ impl Plan {
         let coarse = coarse(&all, &lattice.coarse(brick / FAR_PER_BRICK));
         let border_share = settings.border_share;
         let distances = settings.distances;
-        Ok(Self { surfaces, lattice, millimetre, brick, stride, coarse, band, border_share, distances })
+        let symmetry = settings.symmetric.then(|| symmetry::find(shapes, &surfaces)).transpose()?;
+        Ok(Self { surfaces, lattice, millimetre, brick, stride, coarse, band, border_share, distances, symmetry })
     }
 
     /// Voxels that may lie in the band, judged by the mean distance at the nodes around them; `margin` standard
@@ -269,6 +286,7 @@ impl Plan {
         order.sort_by_key(|&i| moved[i]);
         Ok(model_file::encode(&Draft {
             header,
+            symmetry: self.symmetry.map(|plane| plane.in_voxels(&crop.lattice)),
             lattice: crop.lattice,
             voxels: order.iter().map(|&i| moved[i]).collect(),
             mean: order.iter().map(|&i| pca.mean[i]).collect(),

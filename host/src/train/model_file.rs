@@ -2,13 +2,15 @@
 
 use super::volume::Lattice;
 use lacuna::arithmetic::{MAX_EXPONENT, MIN_EXPONENT};
-use lacuna::format::{ABSENT, CHECKSUM_AT, Header, MAGIC, PREFIX, UNKNOWN, VERSION, checksum};
+use lacuna::format::{ABSENT, CHECKSUM_AT, Header, MAGIC, PREFIX, Symmetry, UNKNOWN, VERSION, checksum};
 use std::collections::BTreeMap;
 
 /// A model in floating point, lengths in voxels.
 pub struct Draft<'a> {
     /// What the file says about itself; counts of bricks and voxels are filled in here.
     pub header: Header<'a>,
+    /// The plane the class is symmetric about, if it is known.
+    pub symmetry: Option<Symmetry>,
     /// The grid.
     pub lattice: Lattice,
     /// Places of the stored voxels.
@@ -27,7 +29,7 @@ pub fn encode(draft: &Draft<'_>) -> Vec<u8> {
     let mut header = draft.header.clone();
     header.bricks = bricks.len() as u16;
     header.voxels = draft.voxels.len() as u32;
-    let header = postcard::to_allocvec(&header).expect("a header has nothing that cannot be written");
+    let header = postcard::to_allocvec(&(&header, draft.symmetry)).expect("a header has nothing that cannot be written");
     let mut file = Vec::new();
     file.extend(MAGIC);
     file.extend(VERSION.to_le_bytes());
