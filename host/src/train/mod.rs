@@ -20,6 +20,9 @@ use volume::{Lattice, Volume};
 
 /// Far field samples per brick edge are two: a brick of six voxels has one every three.
 const FAR_PER_BRICK: usize = 2;
+/// Largest share of training shapes that may see a node of the far field across their border. It lets the surface
+/// go on beyond the stored voxels for those who reach farther than most, at no cost in the model's size.
+const FAR_BORDER_SHARE: f64 = 0.95;
 /// Stored voxels on either side of the mean surface, at least.
 const LEAST_VOXELS: f64 = 1.8;
 /// Edge of a voxel in class millimetres, if the longest side allows it.
@@ -243,7 +246,7 @@ impl Plan {
         // The crop is not a multiple of the far stride away: sample the far field on its own nodes.
         let far_values = coarse(surfaces, &nodes)
             .into_iter()
-            .map(|at| (at.border <= self.border_share).then_some((at.mean / h) as f32))
+            .map(|at| (at.border <= FAR_BORDER_SHARE.max(self.border_share)).then_some((at.mean / h) as f32))
             .collect();
         let u = (self.millimetre / h) as f32;
         let made = format!(
