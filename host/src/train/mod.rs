@@ -205,7 +205,18 @@ impl Plan {
         let border_share = settings.border_share;
         let distances = settings.distances;
         let symmetry = settings.symmetric.then(|| symmetry::find(shapes, &surfaces)).transpose()?;
-        Ok(Self { surfaces, lattice, millimetre, brick, stride, coarse, band, border_share, distances, symmetry })
+        Ok(Self {
+            surfaces,
+            lattice,
+            millimetre,
+            brick,
+            stride,
+            coarse,
+            band,
+            border_share,
+            distances,
+            symmetry,
+        })
     }
 
     /// Voxels that may lie in the band, judged by the mean distance at the nodes around them; `margin` standard

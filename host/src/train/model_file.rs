@@ -29,7 +29,8 @@ pub fn encode(draft: &Draft<'_>) -> Vec<u8> {
     let mut header = draft.header.clone();
     header.bricks = bricks.len() as u16;
     header.voxels = draft.voxels.len() as u32;
-    let header = postcard::to_allocvec(&(&header, draft.symmetry)).expect("a header has nothing that cannot be written");
+    let header = postcard::to_allocvec(&(&header, draft.symmetry))
+        .expect("a header has nothing that cannot be written");
     let mut file = Vec::new();
     file.extend(MAGIC);
     file.extend(VERSION.to_le_bytes());

@@ -138,7 +138,8 @@ fn improved(plane: &Plane, samples: &[Sample<'_>], middle: Vector, misfit: f64) 
         matrix += row * row.transpose() * weight;
         vector -= row * (r * weight);
     }
-    let Some(x) = (matrix + Matrix3::identity() * (1e-9 * matrix.trace() + 1e-30)).cholesky().map(|c| c.solve(&vector))
+    let Some(x) =
+        (matrix + Matrix3::identity() * (1e-9 * matrix.trace() + 1e-30)).cholesky().map(|c| c.solve(&vector))
     else {
         return *plane;
     };
