@@ -5,8 +5,8 @@
 use crate::arithmetic::{MAX_EXPONENT, MIN_EXPONENT, Stride};
 use crate::error::{Error, Part};
 use crate::format::{
-    ABSENT, CHECKSUM_AT, ENTRY_BYTES, Header, MAGIC, MAX_MODES, MODE_BYTES, PREFIX, ROW_BYTES, UNKNOWN,
-    VERSION, checksum,
+    ABSENT, CHECKSUM_AT, Calibration, ENTRY_BYTES, Header, MAGIC, MAX_MODES, MODE_BYTES, PREFIX, ROW_BYTES,
+    UNKNOWN, VERSION, checksum,
 };
 use crate::grid::{Grid, linear, position, product};
 
@@ -18,7 +18,9 @@ pub const MAX_BRICK_VOXELS: usize = 512;
 /// A shape model: mean M and whitened modes b' on a sparse band of voxels.
 #[derive(Clone, Debug)]
 pub struct Model<'a> {
+    version: u16,
     header: Header<'a>,
+    calibration: Option<Calibration>,
     grid: Grid,
     modes: &'a [u8],
     far: &'a [u8],
@@ -90,9 +92,9 @@ impl<'a> Model<'a> {
         if !prefix.starts_with(&MAGIC) {
             return Err(Error::NotAModel);
         }
-        let found = read_u16(prefix, 8);
-        if found != VERSION {
-            return Err(Error::UnknownVersion { found });
+        let version = read_u16(prefix, 8);
+        if !(1..=VERSION).contains(&version) {
+            return Err(Error::UnknownVersion { found: version });
         }
         let (expected, found) = (read_u32(prefix, 12), u32::try_from(file.len()).unwrap_or(u32::MAX));
         if expected != found {
@@ -104,18 +106,18 @@ impl<'a> Model<'a> {
         }
         let mut rest = file.get(PREFIX..).unwrap_or(&[]);
         let header = take(&mut rest, usize::from(read_u16(prefix, 10)), Part::Header)?;
-        Self::from_parts(header, rest, stored)
+        let (header, calibration) = read_header(version, header)?;
+        let model = Self::from_parts(header, rest, stored)?;
+        Ok(Self { version, calibration, ..model })
     }
 
-    fn from_parts(header: &'a [u8], mut rest: &'a [u8], checksum: u32) -> Result<Self, Error> {
-        let (header, unread): (Header<'a>, _) =
-            postcard::take_from_bytes(header).map_err(|_| Error::Inconsistent(Part::Header))?;
-        if !unread.is_empty() {
-            return Err(Error::Inconsistent(Part::Header));
-        }
+    /// A model of the first version: it is the newest one without what came later.
+    fn from_parts(header: Header<'a>, mut rest: &'a [u8], checksum: u32) -> Result<Self, Error> {
         let grid = check_header(&header)?;
         let far_nodes = product(grid.node_sides(header.far_stride));
         let model = Self {
+            version: 1,
+            calibration: None,
             modes: take(&mut rest, usize::from(header.modes) * MODE_BYTES, Part::Modes)?,
             far: take(&mut rest, far_nodes * 2, Part::FarField)?,
             map: take(&mut rest, grid.brick_cells() * 2, Part::Map)?,
@@ -134,6 +136,16 @@ impl<'a> Model<'a> {
     /// What the model says about itself.
     pub const fn header(&self) -> &Header<'a> {
         &self.header
+    }
+
+    /// Version of the format it was read from.
+    pub const fn version(&self) -> u16 {
+        self.version
+    }
+
+    /// Constants of the expected error, if the trainer has fitted them.
+    pub const fn calibration(&self) -> Option<&Calibration> {
+        self.calibration.as_ref()
     }
 
     /// The voxel grid.
@@ -260,6 +272,29 @@ impl<'a> Model<'a> {
         }
         Ok(())
     }
+}
+
+/// Header and calibration from all bytes of a header.
+fn read_header(version: u16, bytes: &[u8]) -> Result<(Header<'_>, Option<Calibration>), Error> {
+    let bad = Error::Inconsistent(Part::Header);
+    let (header, mut unread) = postcard::take_from_bytes(bytes).map_err(|_| bad)?;
+    let mut calibration = None;
+    if version > 1 {
+        (calibration, unread) = postcard::take_from_bytes(unread).map_err(|_| bad)?;
+    }
+    if !unread.is_empty() || !calibration.as_ref().is_none_or(is_sound) {
+        return Err(bad);
+    }
+    Ok((header, calibration))
+}
+
+/// Whether errors can be computed from these constants.
+fn is_sound(calibration: &Calibration) -> bool {
+    let c = calibration;
+    let within = |x: f32, low: f32, high: f32| x.is_finite() && (low..=high).contains(&x);
+    c.shares.iter().all(|&share| within(share, 0.0, 1.0))
+        && [c.noise, c.seam, c.posterior, c.residual].iter().all(|&x| within(x, 0.0, 1e4))
+        && [c.posterior_way, c.residual_way].iter().all(|&way| within(way, 1e-3, 1e4))
 }
 
 fn check_header(header: &Header<'_>) -> Result<Grid, Error> {
