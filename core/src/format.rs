@@ -7,7 +7,7 @@
 //! | 10 | 2 | length of the header, H |
 //! | 12 | 4 | length of the whole file |
 //! | 16 | 4 | CRC-32/ISO-HDLC of all bytes but these four |
-//! | 20 | H | [`Header`], then `Option` of [`Symmetry`], postcard |
+//! | 20 | H | [`Header`], then `Option` of [`Symmetry`] and `Option` of [`Calibration`], postcard |
 //! | | 8 K | modes: f32 standard deviation (root mean square over the band, voxels), f32 gain g, at most 255 |
 //! | | 2 F | far field: i16 mean distance (1/256 voxel) at every `far_stride`-th voxel, [`UNKNOWN`] off the support |
 //! | | 2 C | map: u16 brick number per brick cell, [`ABSENT`] where none is stored |
@@ -42,8 +42,8 @@
 //!
 //! | version | since | what changed |
 //! |---|---|---|
-//! | 1 | 0.1.0 | the first one; its header ends without a symmetry |
-//! | 2 | 0.1.0 | the symmetry behind the header's fields |
+//! | 1 | 0.1.0 | the first one; its header ends without symmetry and calibration |
+//! | 2 | 0.1.0 | symmetry and calibration behind the header's fields |
 
 use serde::{Deserialize, Serialize};
 
@@ -150,6 +150,39 @@ pub struct Symmetry {
     pub offset: f32,
     /// How far the shapes' mirror images lie from the shapes, root mean square, voxels.
     pub deviation: f32,
+}
+
+/// Constants of the expected error of a completed surface, fitted by the trainer on shapes it held back.
+///
+/// The one-sigma error of a vertex at the way d (along the surface, to the nearest measured vertex), where the scan
+/// leaves the deviation p within the span of the modes, is, all in voxels,
+///
+/// ```text
+/// measured: noise · misfit
+/// inferred: √( seam² + ((1 - exp(-d / posterior_way)) posterior p)² + ((1 - exp(-d / residual_way)) residual)² )
+/// ```
+///
+/// with misfit the root mean square distance of the measured surface from the fitted one. Nothing of the fit
+/// depends on it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Calibration {
+    /// Scans of held-back shapes it was fitted to.
+    pub scans: u16,
+    /// Shares of their measured and inferred vertices whose true error lies below the stated one, which was fitted
+    /// to the scans of other shapes.
+    pub shares: [f32; 2],
+    /// Error of a measured vertex, times the scan's misfit.
+    pub noise: f32,
+    /// Error of an inferred vertex next to measured ones, voxels.
+    pub seam: f32,
+    /// Factor of the deviation that the scan leaves.
+    pub posterior: f32,
+    /// Way on which that deviation is reached, voxels.
+    pub posterior_way: f32,
+    /// What the modes do not explain, far from the scan, voxels.
+    pub residual: f32,
+    /// Way on which it is reached, voxels.
+    pub residual_way: f32,
 }
 
 /// What a model says about itself.

@@ -5,8 +5,8 @@
 use crate::arithmetic::{MAX_EXPONENT, MIN_EXPONENT, Stride};
 use crate::error::{Error, Part};
 use crate::format::{
-    ABSENT, CHECKSUM_AT, ENTRY_BYTES, Header, MAGIC, MAX_MODES, MODE_BYTES, PREFIX, ROW_BYTES, Symmetry,
-    UNKNOWN, VERSION, checksum,
+    ABSENT, CHECKSUM_AT, Calibration, ENTRY_BYTES, Header, MAGIC, MAX_MODES, MODE_BYTES, PREFIX, ROW_BYTES,
+    Symmetry, UNKNOWN, VERSION, checksum,
 };
 use crate::grid::{Grid, linear, position, product};
 
@@ -15,12 +15,16 @@ pub const MAX_BRICK_ROWS: usize = 64;
 /// Most voxels of a brick.
 pub const MAX_BRICK_VOXELS: usize = 512;
 
+/// All a header holds.
+type FullHeader<'a> = (Header<'a>, Option<Symmetry>, Option<Calibration>);
+
 /// A shape model: mean M and whitened modes b' on a sparse band of voxels.
 #[derive(Clone, Debug)]
 pub struct Model<'a> {
     version: u16,
     header: Header<'a>,
     symmetry: Option<Symmetry>,
+    calibration: Option<Calibration>,
     grid: Grid,
     modes: &'a [u8],
     far: &'a [u8],
@@ -106,9 +110,9 @@ impl<'a> Model<'a> {
         }
         let mut rest = file.get(PREFIX..).unwrap_or(&[]);
         let header = take(&mut rest, usize::from(read_u16(prefix, 10)), Part::Header)?;
-        let (header, symmetry) = read_header(version, header)?;
+        let (header, symmetry, calibration) = read_header(version, header)?;
         let model = Self::from_parts(header, rest, stored)?;
-        Ok(Self { version, symmetry, ..model })
+        Ok(Self { version, symmetry, calibration, ..model })
     }
 
     /// A model of the first version: it is the newest one without what came later.
@@ -118,6 +122,7 @@ impl<'a> Model<'a> {
         let model = Self {
             version: 1,
             symmetry: None,
+            calibration: None,
             modes: take(&mut rest, usize::from(header.modes) * MODE_BYTES, Part::Modes)?,
             far: take(&mut rest, far_nodes * 2, Part::FarField)?,
             map: take(&mut rest, grid.brick_cells() * 2, Part::Map)?,
@@ -146,6 +151,11 @@ impl<'a> Model<'a> {
     /// The plane the class is symmetric about, if it was trained with one.
     pub const fn symmetry(&self) -> Option<&Symmetry> {
         self.symmetry.as_ref()
+    }
+
+    /// Constants of the expected error, if the trainer has fitted them.
+    pub const fn calibration(&self) -> Option<&Calibration> {
+        self.calibration.as_ref()
     }
 
     /// The voxel grid.
@@ -274,18 +284,28 @@ impl<'a> Model<'a> {
     }
 }
 
-/// Header and symmetry from all bytes of a header.
-fn read_header(version: u16, bytes: &[u8]) -> Result<(Header<'_>, Option<Symmetry>), Error> {
+/// Header, symmetry and calibration from all bytes of a header.
+fn read_header(version: u16, bytes: &[u8]) -> Result<FullHeader<'_>, Error> {
     let bad = Error::Inconsistent(Part::Header);
     let (header, mut unread) = postcard::take_from_bytes(bytes).map_err(|_| bad)?;
-    let mut symmetry = None;
+    let (mut symmetry, mut calibration) = (None, None);
     if version > 1 {
-        (symmetry, unread) = postcard::take_from_bytes(unread).map_err(|_| bad)?;
+        ((symmetry, calibration), unread) = postcard::take_from_bytes(unread).map_err(|_| bad)?;
     }
-    if !unread.is_empty() || !symmetry.as_ref().is_none_or(Symmetry::is_sound) {
+    let sound = symmetry.as_ref().is_none_or(Symmetry::is_sound) && calibration.as_ref().is_none_or(is_sound);
+    if !unread.is_empty() || !sound {
         return Err(bad);
     }
-    Ok((header, symmetry))
+    Ok((header, symmetry, calibration))
+}
+
+/// Whether errors can be computed from these constants.
+fn is_sound(calibration: &Calibration) -> bool {
+    let c = calibration;
+    let within = |x: f32, low: f32, high: f32| x.is_finite() && (low..=high).contains(&x);
+    c.shares.iter().all(|&share| within(share, 0.0, 1.0))
+        && [c.noise, c.seam, c.posterior, c.residual].iter().all(|&x| within(x, 0.0, 1e4))
+        && [c.posterior_way, c.residual_way].iter().all(|&way| within(way, 1e-3, 1e4))
 }
 
 fn check_header(header: &Header<'_>) -> Result<Grid, Error> {

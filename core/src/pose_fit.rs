@@ -35,7 +35,7 @@ const PATCH: usize = 32;
 /// Prior κ of the offset.
 const OFFSET_PRIOR: f32 = 1.0;
 /// Pose unknowns: turn, shift, growth.
-const POSE: usize = 7;
+pub const POSE: usize = 7;
 /// Fewest points that can hold seven unknowns.
 const FEWEST: usize = 16;
 
@@ -289,8 +289,9 @@ impl<'a, 'b> PoseFit<'a, 'b> {
     }
 }
 
-/// Fills a point's row: `Some((r, w))` where it counts.
-fn fill_row(
+/// Fills the row of a place `q`, turned about `centre` (voxels): one entry a mode, then seven of the motion. Residual
+/// r and weight w where it counts; `None` off the model, or too far from its surface.
+pub fn fill_row(
     model: &Model<'_>,
     q: [f32; 3],
     centre: [f32; 3],

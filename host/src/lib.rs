@@ -23,5 +23,6 @@ pub mod sentence;
 pub mod surface;
 pub mod synth;
 pub mod train;
+pub mod uncertainty;
 pub mod unit;
 pub mod verify;

@@ -8,7 +8,7 @@ pub fn sentence(error: &Error) -> String {
         Error::NotAModel => "is not a Lacuna model: make one with `lacuna train`".into(),
         Error::UnknownVersion { found } => {
             format!(
-                "has format version {found}, this program reads {}: update it, or train again",
+                "has format version {found}, this program reads 1 to {}: update it, or train again",
                 lacuna::format::VERSION
             )
         }

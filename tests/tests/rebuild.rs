@@ -6,6 +6,7 @@ use lacuna_host::io::{self, PlyOut, write_ply};
 use lacuna_host::mesh::Mesh;
 use lacuna_host::synth::Head;
 use lacuna_host::train::align::{Align, align};
+use lacuna_host::train::model_file::calibrated;
 use lacuna_host::train::{Settings, train};
 use lacuna_tests::program::succeeds;
 
@@ -26,6 +27,9 @@ fn the_built_in_model_is_what_its_seeds_make() {
     assert!(!aligned.moved, "the heads are in one pose");
     let settings = Settings { class: "head".into(), spacing: Some(3.3), ..Settings::default() };
     let bytes = train(&aligned.shapes, &settings, &|_, _| ()).unwrap();
+    assert_eq!(Model::from_bytes(&bytes).unwrap().calibration(), None);
+    // The calibration needs sixty completions: it is taken over, and looked at by itself.
+    let bytes = calibrated(&bytes, lacuna_tests::model().calibration().expect("a calibration")).unwrap();
     let (rebuilt, stored) = (Model::from_bytes(&bytes).unwrap(), lacuna_tests::model());
     assert_eq!(rebuilt.header(), stored.header());
     assert_eq!(bytes.len(), lacuna_fixtures::MODEL.len());
@@ -37,6 +41,14 @@ fn the_built_in_model_is_what_its_seeds_make() {
 fn the_built_in_model_is_small_enough_to_be_committed() {
     assert!(lacuna_fixtures::MODEL.len() <= 3 << 19, "1.5 MiB");
     assert_eq!(lacuna_tests::model().header().shapes, 30);
+}
+
+#[test]
+fn the_built_in_model_is_calibrated() {
+    let model = lacuna_tests::model();
+    let calibration = model.calibration().expect("a calibration");
+    assert_eq!(calibration.scans, 60);
+    assert!(calibration.shares.iter().all(|share| (0.6..=0.75).contains(share)), "{calibration:?}");
 }
 
 #[test]

@@ -1,8 +1,10 @@
 //! Models of all versions keep being read, to the same numbers; whatever is damaged or lies is refused.
 
-use lacuna::format::{CHECKSUM_AT, Digest, Header, PREFIX, VERSION, checksum};
+use lacuna::error::Part;
+use lacuna::format::{CHECKSUM_AT, Calibration, Digest, Header, PREFIX, VERSION, checksum};
 use lacuna::{Error, Fixed, Model};
 use lacuna_fixtures::VERSIONS;
+use lacuna_host::train::model_file::calibrated;
 use lacuna_tests::fuzz::fit::completed;
 use lacuna_tests::fuzz::model::{forge, walk};
 use lacuna_tests::fuzz::tiny::tiny;
@@ -46,6 +48,11 @@ fn contents(model: &Model<'_>) -> u32 {
             add(brick.basis(voxel));
         }
     }
+    if let Some(c) = model.calibration() {
+        digest.add(&c.scans.to_le_bytes());
+        let numbers = [c.noise, c.seam, c.posterior, c.posterior_way, c.residual, c.residual_way];
+        c.shares.into_iter().chain(numbers).for_each(|number| digest.add(&number.to_le_bytes()));
+    }
     digest.value()
 }
 
@@ -62,6 +69,8 @@ fn every_version_is_read_to_the_numbers_it_was_written_with() {
         let cloud = lacuna::Cloud::new(&scan.points, scan.begin.step).unwrap();
         let (outcome, _) = completed::<Fixed>(&model, cloud, scan.begin.pose, settings, 0).unwrap();
         assert!(outcome.inliers > scan.begin.points / 2, "{outcome:?}");
+        assert_eq!(model.version(), expected);
+        assert_eq!(model.calibration().is_some(), expected > 1, "the first version has none");
     }
     assert_eq!(VERSIONS.len(), usize::from(VERSION), "the version that is written has a model here");
 }
@@ -105,12 +114,12 @@ fn with_header(change: &dyn Fn(&mut Header<'_>)) -> Vec<u8> {
     let file = newest();
     let length = usize::from(u16::from_le_bytes([file[10], file[11]]));
     let (head, rest) = file[PREFIX..].split_at(length);
-    let mut header: Header<'_> = postcard::from_bytes(head).unwrap();
+    let (mut header, calibration): (Header<'_>, &[u8]) = postcard::take_from_bytes(head).unwrap();
     change(&mut header);
     let mut room = [0; 1024];
     let head = postcard::to_slice(&header, &mut room).unwrap();
-    let mut bytes = [&file[..PREFIX], head, rest].concat();
-    bytes[10..12].copy_from_slice(&(head.len() as u16).to_le_bytes());
+    let mut bytes = [&file[..PREFIX], head, calibration, rest].concat();
+    bytes[10..12].copy_from_slice(&((head.len() + calibration.len()) as u16).to_le_bytes());
     assert!(forge(&mut bytes));
     bytes
 }
@@ -154,6 +163,42 @@ fn a_header_that_lies_about_what_follows_is_refused() {
     for (what, lie) in lies {
         let error = Model::from_bytes(&with_header(&lie)).expect_err(what);
         assert!(matches!(error, Error::Inconsistent(_)), "{what}: {error:?}");
+    }
+}
+
+/// The newest model with another calibration.
+fn with_calibration(change: &dyn Fn(&mut Calibration)) -> Vec<u8> {
+    let mut calibration = *Model::from_bytes(newest()).unwrap().calibration().expect("a calibration");
+    change(&mut calibration);
+    calibrated(newest(), &calibration).unwrap()
+}
+
+#[test]
+fn a_calibration_that_states_no_errors_is_refused() {
+    assert_eq!(with_calibration(&|_| ()), newest());
+    type Lie = (&'static str, fn(&mut Calibration));
+    let lies: [Lie; 6] = [
+        ("a share above one", |c| c.shares[1] = 1.01),
+        ("a negative error", |c| c.seam = -0.1),
+        ("an error that is no number", |c| c.noise = f32::NAN),
+        ("an endless error", |c| c.residual = f32::INFINITY),
+        ("no way", |c| c.posterior_way = 0.0),
+        ("a negative way", |c| c.residual_way = -1.0),
+    ];
+    for (what, lie) in lies {
+        let error = Model::from_bytes(&with_calibration(&lie)).expect_err(what);
+        assert_eq!(error, Error::Inconsistent(Part::Header), "{what}");
+    }
+}
+
+/// The newest version with the bytes of the first one is a model whose header ends too soon, and the other way round.
+#[test]
+fn a_version_is_not_read_as_another() {
+    for (version, other) in [(0, 2u16), (1, 1)] {
+        let mut bytes = VERSIONS[version].model.to_vec();
+        bytes[8..10].copy_from_slice(&other.to_le_bytes());
+        assert!(forge(&mut bytes));
+        assert_eq!(Model::from_bytes(&bytes).unwrap_err(), Error::Inconsistent(Part::Header));
     }
 }
 

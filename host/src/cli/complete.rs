@@ -9,7 +9,9 @@ use crate::complete::{self, Completion, Hint, Options, Start, complete_by, fit_h
 use crate::fit::{Digests, Fit};
 use crate::io::{self, PlyOut};
 use crate::mesh::Mesh;
+use crate::uncertainty::{self, Share};
 use crate::{report, unit};
+use lacuna::format::Calibration;
 use lacuna::{Fixed, Model, Schedule, schedule};
 use std::path::PathBuf;
 
@@ -68,6 +70,7 @@ struct Report<'a> {
     scan_to_model: [[f64; 4]; 4],
     verdict: &'a complete::verdict::Verdict,
     clutter: Clutter,
+    expected_error: ExpectedError<'a>,
     hull_voxels: u32,
     buffer_bytes: usize,
     digests: Digests,
@@ -82,6 +85,16 @@ struct Clutter {
     share: f64,
     area: f64,
     kept: bool,
+}
+
+/// One-sigma errors of the vertices, in the model's unit.
+#[derive(serde::Serialize)]
+struct ExpectedError<'a> {
+    calibrated: bool,
+    measured: Option<Share>,
+    inferred: Option<Share>,
+    /// Lengths of it in voxels.
+    calibration: Option<&'a Calibration>,
 }
 
 impl Complete {
@@ -185,6 +198,11 @@ impl Complete {
         let mesh = back(&merged.mesh);
         let colours = picture::colours(&merged.labels);
         let distances: Vec<f32> = merged.distances.iter().map(|d| d / factor as f32).collect();
+        let mut expected: Vec<f32> = completion.expected.errors.iter().map(|e| e / factor as f32).collect();
+        if !expected.is_empty() {
+            // What is kept of the clutter is as good as the scan.
+            expected.resize(merged.mesh.points.len(), completion.expected.noise / factor as f32);
+        }
         let mut out = PlyOut::new(&mesh);
         out.colours = Some(&colours);
         out.labels = Some(&merged.labels);
@@ -198,6 +216,12 @@ impl Complete {
             "label 1: measured, 0: inferred, 2: not part of the class; distance: to the scan, in its unit"
                 .into(),
         ];
+        if !expected.is_empty() {
+            out.properties.push(("expected_error", &expected));
+            let how =
+                if completion.expected.calibrated { "" } else { ", a guess for a model without calibration" };
+            out.comments.push(format!("expected_error: one sigma, 68 % of the true errors are smaller{how}"));
+        }
         io::write_ply(&self.output, &out)?;
         for (path, mesh) in
             [(&self.local_surface, &completion.local), (&self.global_surface, &completion.global)]
@@ -264,6 +288,7 @@ impl Complete {
                 area: completion.clutter.area,
                 kept: self.keep_clutter,
             },
+            expected_error: expected_error(completion, model),
             hull_voxels: completion.fit.outcome.hull_voxels,
             buffer_bytes: completion.fit.buffer_bytes,
             digests: completion.fit.digests,
@@ -291,6 +316,7 @@ impl Complete {
             100.0 * verdict.inferred_share,
             verdict.inferred_area
         ));
+        tell_expected(&report.expected_error, symbol);
         let Clutter { points, share, area, kept } = report.clutter;
         if points > 0 {
             let how = if kept { "kept with label 2" } else { "left out (--keep-clutter keeps it)" };
@@ -319,4 +345,27 @@ impl Complete {
             say(&format!("report          {path}"));
         }
     }
+}
+
+fn expected_error<'a>(completion: &Completion, model: &'a Model<'_>) -> ExpectedError<'a> {
+    let measured = |v: usize| completion.merged.labels[v] == MEASURED;
+    let [measured, inferred] = uncertainty::shares(&completion.expected.errors, &measured);
+    ExpectedError {
+        calibrated: completion.expected.calibrated,
+        measured,
+        inferred,
+        calibration: model.calibration(),
+    }
+}
+
+fn tell_expected(expected: &ExpectedError<'_>, symbol: &str) {
+    let part = |share: Option<Share>| {
+        share.map_or("-".into(), |s| format!("{:.2} {symbol} (95 % under {:.2})", s.median, s.p95))
+    };
+    let guess = if expected.calibrated { "" } else { "; a guess, the model is not calibrated" };
+    say(&format!(
+        "expected error  {} where measured, {} where inferred{guess}",
+        part(expected.measured),
+        part(expected.inferred)
+    ));
 }

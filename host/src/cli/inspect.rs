@@ -80,7 +80,7 @@ fn report<'a>(model: &'a Model<'_>, bytes: usize) -> Result<Report<'a>, Failure>
     Ok(Report {
         class: h.class,
         made: h.made,
-        format_version: lacuna::format::VERSION,
+        format_version: model.version(),
         checksum: format!("{:08x}", model.checksum()),
         bytes,
         shapes: h.shapes,

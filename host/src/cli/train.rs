@@ -5,10 +5,12 @@ use crate::check;
 use crate::io;
 use crate::mesh::Mesh;
 use crate::train::align::{Align, align};
-use crate::train::{Settings, train};
+use crate::train::calibration::{Trained, train_calibrated};
+use crate::train::held_out::HeldOut;
+use crate::train::{Settings, leave_one_out};
 use crate::unit;
 use lacuna::Model;
-use lacuna::format::Unit;
+use lacuna::format::{Calibration, Unit};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -48,6 +50,16 @@ pub struct Train {
     /// How training distances are measured: exact, or along lines of sight (for scans and folded meshes)
     #[arg(long, default_value = "exact", value_parser = distances)]
     distances: crate::train::Distances,
+    /// Complete every shape by the model of the others, from partial scans of it, and show how far off its unseen part
+    /// comes out
+    #[arg(long)]
+    leave_one_out: bool,
+    /// Leave out several shapes at a time, so that only this many other models are trained
+    #[arg(long, value_name = "N", requires = "leave_one_out", value_parser = clap::value_parser!(u16).range(2..))]
+    folds: Option<u16>,
+    /// Hold back no shapes to calibrate the expected errors of completed surfaces: faster
+    #[arg(long, conflicts_with = "leave_one_out")]
+    no_calibration: bool,
 }
 
 pub(super) fn positive(text: &str) -> Result<f64, String> {
@@ -85,6 +97,15 @@ struct Report {
     checksum: String,
     seconds: f64,
     notes: Vec<String>,
+    calibration: Option<Calibration>,
+    leave_one_out: Option<LeaveOneOut>,
+}
+
+/// How well the class predicts its own unseen parts; lengths in the meshes' unit.
+#[derive(serde::Serialize)]
+struct LeaveOneOut {
+    summaries: Vec<leave_one_out::Summary>,
+    shapes: Vec<leave_one_out::Row>,
 }
 
 impl Train {
@@ -109,17 +130,35 @@ impl Train {
             | crate::train::align::Error::NoMatch { number: n, .. } => named(n, error.to_string()),
         })?;
         progress.finish_and_clear();
-        let progress = bar(shapes.len() as u64, "measuring distances");
-        let bytes = train(&aligned.shapes, &self.settings(&paths), &|done, _| progress.set_position(done))
-            .map_err(|error| match error {
-                crate::train::Error::NoSurface(n) => named(n, error.to_string()),
-                other => other.into(),
-            })?;
-        progress.finish_and_clear();
-        let model = inputs::model(&bytes, Some(&self.output))?;
-        io::atomic::write(&self.output, |file| file.write_all(&bytes))?;
-        self.tell(common, &model, &bytes, (aligned.moved, notes, start.elapsed().as_secs_f64()));
+        let trained = self.train(&aligned.shapes, &paths).map_err(|error| match error {
+            crate::train::Error::NoSurface(n) => named(n, error.to_string()),
+            other => other.into(),
+        })?;
+        let model = inputs::model(&trained.file, Some(&self.output))?;
+        io::atomic::write(&self.output, |file| file.write_all(&trained.file))?;
+        let table = self.leave_one_out.then(|| table(&trained, &paths));
+        let seconds = start.elapsed().as_secs_f64();
+        self.tell(common, (&model, trained.file.len()), (aligned.moved, notes, seconds), table);
         Ok(())
+    }
+
+    fn train(&self, shapes: &[Mesh], paths: &[PathBuf]) -> Result<Trained, crate::train::Error> {
+        let each = HeldOut { folds: self.folds.map_or(usize::MAX, usize::from), ..HeldOut::EACH };
+        let held = match (self.leave_one_out, self.no_calibration) {
+            (true, _) => each,
+            (false, true) => HeldOut { shapes: 0, folds: 0 },
+            (false, false) => HeldOut::SOME,
+        };
+        let (measured, completed) = (bar(shapes.len() as u64, "measuring distances"), bar(1, "calibrating"));
+        let measuring = |done, _| measured.set_position(done);
+        let completing = |done, total| {
+            completed.set_length(total);
+            completed.set_position(done);
+        };
+        let trained = train_calibrated(shapes, &self.settings(paths), held, [&measuring, &completing]);
+        measured.finish_and_clear();
+        completed.finish_and_clear();
+        trained
     }
 
     fn settings(&self, paths: &[PathBuf]) -> Settings {
@@ -143,9 +182,9 @@ impl Train {
     fn tell(
         &self,
         common: &Common,
-        model: &Model<'_>,
-        bytes: &[u8],
+        (model, bytes): (&Model<'_>, usize),
         (aligned, notes, seconds): (bool, Vec<String>, f64),
+        leave_one_out: Option<LeaveOneOut>,
     ) {
         let header = model.header();
         let report = Report {
@@ -156,10 +195,12 @@ impl Train {
             modes: model.modes(),
             voxels: model.voxels(),
             spacing: header.spacing,
-            bytes: bytes.len(),
+            bytes,
             checksum: format!("{:08x}", model.checksum()),
             seconds,
             notes,
+            calibration: model.calibration().copied(),
+            leave_one_out,
         };
         if common.json {
             say(&serde_json::to_string_pretty(&report).unwrap_or_default());
@@ -176,9 +217,30 @@ impl Train {
         say(&format!(
             "file            {} ({:.2} MiB, {seconds:.1} s)",
             report.output,
-            bytes.len() as f64 / 1048576.0
+            bytes as f64 / 1048576.0
         ));
+        say(&expected_error(report.calibration.as_ref()));
+        let Some(table) = &report.leave_one_out else { return };
+        leave_one_out::table(&table.shapes, symbol).iter().for_each(|line| say(line));
+        table.summaries.iter().for_each(|summary| say(&summary.sentence(symbol)));
     }
+}
+
+fn expected_error(calibration: Option<&Calibration>) -> String {
+    let Some(c) = calibration else { return "expected error  not calibrated".into() };
+    let [measured, inferred] = c.shares.map(|share| format!("{:.0} %", 100.0 * share));
+    format!(
+        "expected error  calibrated on {} scans of held-back shapes: {measured} of the true errors are below it where \
+         measured, {inferred} where inferred (68 % wanted)",
+        c.scans
+    )
+}
+
+fn table(trained: &Trained, paths: &[PathBuf]) -> LeaveOneOut {
+    let name = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let names: Vec<String> = paths.iter().map(name).collect();
+    let shapes = leave_one_out::rows(&trained.trials, &names, &trained.shares);
+    LeaveOneOut { summaries: leave_one_out::summaries(&shapes), shapes }
 }
 
 /// Files, and the meshes in folders, in the order of their names.

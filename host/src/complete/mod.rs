@@ -15,6 +15,8 @@ use crate::points::OrientedPoints;
 use crate::register::{self, Placed, prepare};
 use crate::sentence::sentence;
 use crate::train::distance::Surface;
+use crate::uncertainty::Expected;
+use crate::uncertainty::cues::{Cue, cues};
 use clutter::{APART, Clutter};
 use fuse::Dense;
 use lacuna::completion::Settings;
@@ -61,6 +63,10 @@ pub struct Completion {
     pub local: Mesh,
     /// Scan and local fit in one mesh.
     pub merged: Merged,
+    /// What is known at each vertex of it about its error; empty where no point of the scan lies on the model.
+    pub cues: Vec<Cue>,
+    /// Its expected errors; empty as they are.
+    pub expected: Expected,
     /// What of the scan is not in that mesh.
     pub clutter: Clutter,
     /// Results of the core.
@@ -151,8 +157,10 @@ pub fn complete_by(
     let limits = Limits { motion: MOTION * unit, sideways: measured.sideways, step: STEP * unit };
     let merged = merge::merge(&fitted, &measured.surface, &limits);
     let clutter = Clutter::of(&scan, &merged.mesh, APART * unit);
+    let cues = cues(model, &points, &placed, &fit, &merged).unwrap_or_default();
+    let expected = Expected::new(&cues, model, placed.pose.scale);
     let verdict = judge(model, &start, &placed, &fit, &merged, agreement);
-    Ok(Completion { scan, specks, placed, global, local, merged, clutter, fit, verdict })
+    Ok(Completion { scan, specks, placed, global, local, merged, cues, expected, clutter, fit, verdict })
 }
 
 /// The scan for closest point queries.

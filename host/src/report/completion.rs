@@ -119,8 +119,14 @@ fn scene(completion: &Completion, model: &Model<'_>) -> Scene {
     let (scan, global) = (turned(&completion.scan), turned(&completion.global));
     let (local, merged) = (turned(&completion.local), turned(&completion.merged.mesh));
     let to = |mesh: &Mesh, other: &Mesh| to_surface(mesh, other, ranges[2]);
-    let surface =
-        |name, mesh, distance_to, distances| Surface { name, mesh, distance_to, distances, labels: None };
+    let surface = |name, mesh, distance_to, distances| Surface {
+        name,
+        mesh,
+        distance_to,
+        distances,
+        errors: None,
+        labels: None,
+    };
     let to_scan = "the scan";
     let surfaces = [
         surface("scan", &scan, "the local fit", to(&completion.scan, &completion.local)),
@@ -128,6 +134,7 @@ fn scene(completion: &Completion, model: &Model<'_>) -> Scene {
         surface("local fit", &local, to_scan, to(&completion.local, &completion.scan)),
         Surface {
             labels: Some(&completion.merged.labels),
+            errors: Some(&completion.expected.errors).filter(|e| !e.is_empty()).map(Vec::as_slice),
             ..surface("completed", &merged, to_scan, completion.merged.distances.clone())
         },
     ];
@@ -233,7 +240,7 @@ fn model_table(model: &Model<'_>) -> String {
         ),
         ("voxels", format!("{x} \u{d7} {y} \u{d7} {z} of {} {unit}, {} stored", h.spacing, h.voxels)),
         ("weight nodes", format!("every {:.1} {unit}", f32::from(h.stride) * h.spacing)),
-        ("format, CRC-32", format!("version {}, {:08x}", lacuna::format::VERSION, model.checksum())),
+        ("format, CRC-32", format!("version {}, {:08x}", model.version(), model.checksum())),
     ])
 }
 

@@ -34,6 +34,8 @@ pub struct Surface<'a> {
     pub distance_to: &'static str,
     /// Distances, one a vertex.
     pub distances: Vec<f32>,
+    /// Expected errors, one a vertex.
+    pub errors: Option<&'a [f32]>,
     /// Labels as in [`crate::complete::merge`], one a vertex.
     pub labels: Option<&'a [u8]>,
 }
@@ -50,6 +52,8 @@ struct Packed {
     distance_to: &'static str,
     /// A byte b a vertex stands for (b / 255)^2 of the largest of the ranges.
     distances: String,
+    /// Expected errors, as the distances.
+    errors: Option<String>,
     /// A byte a vertex.
     labels: Option<String>,
 }
@@ -82,8 +86,9 @@ impl Frame {
         let points = thin.kept.iter().flat_map(|v| places[kept(v)]).flat_map(u16::to_le_bytes);
         let level =
             |d: f32| (255.0 * (f64::from(d.abs()) / self.farthest).clamp(0.0, 1.0).sqrt()).round() as u8;
-        let distances =
-            thin.kept.iter().map(|v| level(surface.distances.get(kept(v)).copied().unwrap_or(0.0)));
+        let levels = |values: &[f32]| -> Vec<u8> {
+            thin.kept.iter().map(|v| level(values.get(kept(v)).copied().unwrap_or(0.0))).collect()
+        };
         let labels =
             surface.labels.map(|labels| thin.kept.iter().map(|v| labels[kept(v)]).collect::<Vec<u8>>());
         Packed {
@@ -93,7 +98,8 @@ impl Frame {
             points: base64(&points.collect::<Vec<u8>>()),
             corners: base64(&differences(&thin.triangles)),
             distance_to: surface.distance_to,
-            distances: base64(&distances.collect::<Vec<u8>>()),
+            distances: base64(&levels(&surface.distances)),
+            errors: surface.errors.map(|errors| base64(&levels(errors))),
             labels: labels.map(|labels| base64(&labels)),
         }
     }

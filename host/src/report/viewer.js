@@ -53,7 +53,8 @@
   // ---- drawing
 
   const VERTEX = `#version 300 es
-    in vec3 point, normal; in float distance_, label;
+    in vec3 point, normal; in float distance_, error_, label;
+    uniform bool expected;
     uniform mat3 turn; uniform vec3 centre; uniform vec2 zoom; uniform float depth, dot_;
     out vec3 facing; out float far, measured;
     void main() {
@@ -62,7 +63,7 @@
       gl_Position = vec4(p.xy * zoom, -p.z * depth * 0.5 * near, near);
       gl_PointSize = dot_;
       facing = turn * normal;
-      far = distance_ * distance_;
+      far = expected ? error_ * error_ : distance_ * distance_;
       measured = label;
     }`;
   const FRAGMENT = `#version 300 es
@@ -105,8 +106,8 @@
   function setUp() {
     uploaded.clear();
     shader = program();
-    places = Object.fromEntries(["point", "normal", "distance_", "label"].map((n) => [n, gl.getAttribLocation(shader, n)]));
-    const names = ["turn", "centre", "zoom", "depth", "dot_", "colouring", "range", "stops", "clay", "inferred"];
+    places = Object.fromEntries(["point", "normal", "distance_", "error_", "label"].map((n) => [n, gl.getAttribLocation(shader, n)]));
+    const names = ["turn", "centre", "zoom", "depth", "dot_", "colouring", "expected", "range", "stops", "clay", "inferred"];
     uniforms = Object.fromEntries(names.map((n) => [n, gl.getUniformLocation(shader, n)]));
     gl.enable(gl.DEPTH_TEST);
   }
@@ -127,6 +128,7 @@
     attribute("point", points, 3, gl.FLOAT, false);
     attribute("normal", normalsOf(points, corners), 3, gl.FLOAT, false);
     attribute("distance_", bytesOf(surface.distances), 1, gl.UNSIGNED_BYTE, true);
+    attribute("error_", bytesOf(surface.errors || surface.distances), 1, gl.UNSIGNED_BYTE, true);
     const labels = surface.labels ? bytesOf(surface.labels) : new Uint8Array(surface.vertices).fill(1);
     attribute("label", labels, 1, gl.UNSIGNED_BYTE, false);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
@@ -150,6 +152,8 @@
 
   const START = { yaw: -25, pitch: 8, zoom: 1 };
   const look = { ...START };
+  // Only some surfaces have expected errors.
+  const colouringOf = (surface) => (chosen("colouring") === 3 && !surface.errors ? 0 : chosen("colouring"));
   const chosen = (name) => Number(document.querySelector(`input[name=${name}]:checked`).value);
 
   function turn() {
@@ -187,7 +191,9 @@
     gl.uniform2f(uniforms.zoom, (scale * narrow) / width, (scale * narrow) / height);
     gl.uniform1f(uniforms.depth, 0.7 / frame.radius);
     gl.uniform1f(uniforms.dot_, Math.max(2, 2 * ratio * look.zoom));
-    gl.uniform1i(uniforms.colouring, chosen("colouring"));
+    const colouring = colouringOf(scene.surfaces[chosen("surface")]);
+    gl.uniform1i(uniforms.colouring, Math.min(colouring, 2));
+    gl.uniform1i(uniforms.expected, colouring === 3 ? 1 : 0);
     gl.uniform1f(uniforms.range, Number(element("range").value) / scene.ranges[2]);
     gl.uniform3fv(uniforms.stops, STOPS.flatMap(hex));
     gl.uniform3fv(uniforms.clay, hex("#ded1c2"));
@@ -201,15 +207,16 @@
 
   function describe() {
     const surface = scene.surfaces[chosen("surface")];
-    const colouring = chosen("colouring");
+    const colouring = colouringOf(surface);
     const parts = colouring === 1 && surface.labels;
     element("key-parts").hidden = !parts;
-    element("key-distance").hidden = colouring !== 2;
-    element("range-choice").hidden = colouring !== 2;
+    element("key-distance").hidden = colouring < 2;
+    element("range-choice").hidden = colouring < 2;
     element("range-low").textContent = "0";
     element("range-high").textContent = `${element("range").value} ${scene.unit} and more`;
-    element("range-of").textContent = `distance to ${surface.distance_to}`;
-    const how = colouring === 2 ? `coloured by distance to ${surface.distance_to}` : parts ? "measured part light, inferred part orange" : "plain";
+    const what = colouring === 3 ? "expected error" : `distance to ${surface.distance_to}`;
+    element("range-of").textContent = what;
+    const how = colouring >= 2 ? `coloured by ${what}` : parts ? "measured part light, inferred part orange" : "plain";
     const single = colouring === 1 && !parts ? " Only the completed surface has a measured and an inferred part." : "";
     const thinned = surface.thinned ? " Thinned for this view." : "";
     element("status").textContent = `${surface.name}, ${how}.${single}${thinned}`;
@@ -308,7 +315,7 @@
     element(`${group}-choice`).append(label);
   };
   scene.surfaces.forEach((s, i) => choice("surface", i, s.name, i === scene.surfaces.length - 1));
-  ["plain", "measured and inferred", "distance"].forEach((text, i) => choice("colouring", i, text, i === 1));
+  ["plain", "measured and inferred", "distance", "expected error"].forEach((text, i) => choice("colouring", i, text, i === 1));
   scene.ranges.forEach((range, i) => element("range").append(new Option(`0 to ${range} ${scene.unit}`, range, i === 1, i === 1)));
   element("scale-bar").style.background = `linear-gradient(to right, ${STOPS.join(", ")})`;
   setUp();

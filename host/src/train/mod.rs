@@ -1,13 +1,17 @@
 //! Training: meshes of one shape class become a model file.
 
 pub mod align;
+pub mod calibration;
 pub mod distance;
+pub mod held_out;
+pub mod leave_one_out;
 pub mod line_of_sight;
 pub mod model_file;
 pub mod pca;
 pub mod prepared;
 pub mod propagate;
 pub mod symmetry;
+pub mod views;
 pub mod volume;
 
 use crate::mesh::{Mesh, Point, Vector};

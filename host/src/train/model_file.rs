@@ -1,8 +1,11 @@
 //! Quantises a trained model and lays it out as a file: the writing side of [`lacuna::format`].
 
 use super::volume::Lattice;
+use lacuna::Model;
 use lacuna::arithmetic::{MAX_EXPONENT, MIN_EXPONENT};
-use lacuna::format::{ABSENT, CHECKSUM_AT, Header, MAGIC, PREFIX, Symmetry, UNKNOWN, VERSION, checksum};
+use lacuna::format::{
+    ABSENT, CHECKSUM_AT, Calibration, Header, MAGIC, PREFIX, Symmetry, UNKNOWN, VERSION, checksum,
+};
 use std::collections::BTreeMap;
 
 /// A model in floating point, lengths in voxels.
@@ -29,19 +32,41 @@ pub fn encode(draft: &Draft<'_>) -> Vec<u8> {
     let mut header = draft.header.clone();
     header.bricks = bricks.len() as u16;
     header.voxels = draft.voxels.len() as u32;
-    let header = postcard::to_allocvec(&(&header, draft.symmetry))
-        .expect("a header has nothing that cannot be written");
+    let mut file = head(&header, draft.symmetry.as_ref(), None);
+    write_modes(draft, &mut file);
+    for value in &draft.far {
+        file.extend(value.map_or(UNKNOWN, distance).to_le_bytes());
+    }
+    write_bricks(draft, &bricks, &mut file);
+    sealed(file)
+}
+
+/// The same model with other constants of the expected error; none of its other bytes changes.
+///
+/// # Errors
+/// Bytes that are no model.
+pub fn calibrated(file: &[u8], calibration: &Calibration) -> Result<Vec<u8>, lacuna::Error> {
+    let model = Model::from_bytes(file)?;
+    let length = file.first_chunk::<PREFIX>().map_or(0, |p| usize::from(u16::from_le_bytes([p[10], p[11]])));
+    let rest = file.get(PREFIX + length..).unwrap_or(&[]);
+    Ok(sealed([&head(model.header(), model.symmetry(), Some(calibration)), rest].concat()))
+}
+
+/// The first bytes of a file, length and checksum still open.
+fn head(header: &Header<'_>, symmetry: Option<&Symmetry>, calibration: Option<&Calibration>) -> Vec<u8> {
+    let header = postcard::to_allocvec(&(header, symmetry, calibration));
+    let header = header.expect("a header has nothing that cannot be written");
     let mut file = Vec::new();
     file.extend(MAGIC);
     file.extend(VERSION.to_le_bytes());
     file.extend((header.len() as u16).to_le_bytes());
     file.extend([0; PREFIX - 12]);
     file.extend(header);
-    write_modes(draft, &mut file);
-    for value in &draft.far {
-        file.extend(value.map_or(UNKNOWN, distance).to_le_bytes());
-    }
-    write_bricks(draft, &bricks, &mut file);
+    file
+}
+
+/// The file with its length and checksum.
+fn sealed(mut file: Vec<u8>) -> Vec<u8> {
     let length = file.len() as u32;
     file[12..16].copy_from_slice(&length.to_le_bytes());
     let sum = checksum(&file);

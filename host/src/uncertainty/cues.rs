@@ -1,0 +1,104 @@
+//! What is known at each vertex of a completed mesh about how far it may be off.
+
+use super::geodesic;
+use super::posterior::Posterior;
+use crate::complete::merge::{MEASURED, Merged};
+use crate::fit::Fit;
+use crate::mesh::Mesh;
+use crate::points::OrientedPoints;
+use crate::register::Placed;
+use lacuna::Model;
+
+/// Rings over which a vertex beyond the stored voxels takes the deviations of its neighbours.
+const RINGS: usize = 60;
+
+/// What is known at a vertex; lengths in voxels.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cue {
+    /// Whether it was moved onto the scan.
+    pub measured: bool,
+    /// Deviation that the scan leaves, as far as the modes go.
+    pub posterior: f32,
+    /// Way along the surface to the nearest measured vertex, or straight to the scan where there is none.
+    pub away: f32,
+    /// How far the vertex was moved from the fitted surface.
+    pub height: f32,
+}
+
+/// The cues of a completed mesh; `points` are those the fit was made from, centred. `None` where no point lies on
+/// the model.
+pub fn cues(
+    model: &Model<'_>,
+    points: &OrientedPoints,
+    placed: &Placed,
+    fit: &Fit,
+    merged: &Merged,
+) -> Option<Vec<Cue>> {
+    let posed = !fit.shape.is_empty();
+    let global = || fit.global.iter().map(|&w| w as f32).collect();
+    let weights: Vec<f32> = if posed { fit.shape.clone() } else { global() };
+    let posterior = Posterior::new(model, points, &placed.pose, &weights, posed)?;
+    let place = |p| placed.to_model(p).coords.map(|c| c as f32).into();
+    let places: Vec<[f32; 3]> = merged.mesh.points.iter().map(place).collect();
+    let deviations = filled(&merged.mesh, posterior.at_all(&places));
+    let sources = (0..merged.labels.len() as u32).filter(|&v| merged.labels[v as usize] == MEASURED);
+    let ways = geodesic::lengths(&merged.mesh, sources);
+    let scale = placed.pose.scale;
+    let cue = |v: usize| {
+        let (way, straight) = (ways[v] as f32, merged.distances[v]);
+        Cue {
+            measured: merged.labels[v] == MEASURED,
+            posterior: deviations[v],
+            away: scale * if way.is_finite() { way.max(straight) } else { straight },
+            height: scale * merged.heights[v],
+        }
+    };
+    Some((0..places.len()).map(cue).collect())
+}
+
+/// Beyond the stored voxels the mean of the neighbours', ring by ring; the largest of all where there are none.
+fn filled(mesh: &Mesh, mut found: Vec<Option<f32>>) -> Vec<f32> {
+    for _ in 0..RINGS {
+        let mut sums = vec![(0.0f32, 0.0f32); found.len()];
+        for &[a, b, c] in &mesh.triangles {
+            for (to, from) in [(a, b), (a, c), (b, c), (b, a), (c, a), (c, b)] {
+                if let (None, Some(deviation)) = (found[to as usize], found[from as usize]) {
+                    let (sum, count) = &mut sums[to as usize];
+                    (*sum, *count) = (*sum + deviation, *count + 1.0);
+                }
+            }
+        }
+        if sums.iter().all(|&(_, count)| count == 0.0) {
+            break;
+        }
+        for (found, (sum, count)) in found.iter_mut().zip(sums) {
+            *found = found.or_else(|| (count > 0.0).then(|| sum / count));
+        }
+    }
+    let worst = found.iter().flatten().copied().fold(0.0, f32::max);
+    found.into_iter().map(|deviation| deviation.unwrap_or(worst)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface::shapes::sheet;
+
+    #[test]
+    fn what_is_unknown_is_taken_from_the_neighbours() {
+        let mesh = sheet(8);
+        let known = |v: usize| match v % 8 {
+            0 => Some(1.0),
+            7 => Some(3.0),
+            _ => None,
+        };
+        let found = filled(&mesh, (0..64).map(known).collect());
+        let row = &found[32..40];
+        assert_eq!((row[0], row[7]), (1.0, 3.0));
+        assert!(row.is_sorted() && row[1] == 1.0 && row[6] == 3.0, "{row:?}");
+        let mut far = mesh.clone();
+        far.points.push(far.points[0]);
+        assert_eq!(filled(&far, (0..64).map(known).chain([None]).collect())[64], 3.0);
+        assert_eq!(filled(&mesh, vec![None; 64]), vec![0.0; 64]);
+    }
+}

@@ -1,0 +1,14 @@
+//! How far each vertex of a completed mesh may be off.
+//!
+//! What is known at a vertex ([`cues`]) are the deviation that the scan leaves within the span of the modes
+//! ([`posterior`]: weights and pose together) and the way along the surface to the nearest measured vertex
+//! ([`geodesic`]), with which grows what the modes do not explain. The trainer's calibration
+//! ([`lacuna::format::Calibration`]) makes one number of them ([`expected`]): 68 % of all true errors lie below.
+
+pub mod cues;
+pub mod expected;
+pub mod geodesic;
+pub mod posterior;
+
+pub use cues::Cue;
+pub use expected::{Expected, Share, shares};

@@ -1,0 +1,119 @@
+//! What a scan leaves undecided: the joint covariance of the weights and the pose.
+//!
+//! The fit of pose and shape ([`lacuna::pose_fit`]) is a ridge regression. With a row a = [ b'(q) / γ | motion ] for
+//! each of the scan's points, the posterior of its K + 7 unknowns is
+//!
+//! ```text
+//! C = λ (Aᵀ W A + diag(λ I, 0))⁻¹
+//! ```
+//!
+//! Without any data C is the prior: the weights' unit variance. The deviation of the surface at a place with the
+//! row a, along its normal, is √(aᵀ C a). Neighbouring points share what the modes cannot explain; as in the pose
+//! fit, each run of [`PATCH`] points has an offset of its own, and is worth little more than one point.
+
+use crate::points::OrientedPoints;
+use lacuna::pose_fit::{ROUNDS, Round, fill_row};
+use lacuna::{Model, Pose};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use rayon::prelude::*;
+
+/// λ for a point, class millimetres squared: the variance of what the modes cannot explain.
+const RIDGE: f64 = 1e-3;
+/// Points the posterior is taken from, at most.
+const POINTS: usize = 1600;
+/// Points that share an offset.
+const PATCH: usize = 32;
+/// Pose unknowns: turn, shift, growth.
+const MOTION: usize = lacuna::pose_fit::POSE;
+
+/// The posterior of weights and pose.
+pub struct Posterior<'a> {
+    model: &'a Model<'a>,
+    weights: &'a [f32],
+    /// Turns are about this point, voxels.
+    centre: [f32; 3],
+    /// Whether the pose was estimated.
+    posed: bool,
+    ridge: f64,
+    factor: Cholesky<f64, Dyn>,
+}
+
+impl<'a> Posterior<'a> {
+    /// The posterior after a scan whose points (centred, neighbours next to each other) lie in `pose`; `posed` if
+    /// the pose was estimated from them. `weights` are those of the fit. `None` where no point is on the model.
+    pub fn new(
+        model: &'a Model<'a>,
+        points: &OrientedPoints,
+        pose: &Pose,
+        weights: &'a [f32],
+        posed: bool,
+    ) -> Option<Self> {
+        let count = points.points.len().min(POINTS);
+        let place = |i: usize| {
+            let p = points.points[i * points.points.len() / count];
+            pose.apply(p.coords.map(|c| c as f32).into())
+        };
+        let places: Vec<[f32; 3]> = (0..count).map(place).collect();
+        let sum = places.iter().fold([0.0f64; 3], |sum, p| std::array::from_fn(|a| sum[a] + f64::from(p[a])));
+        let centre = sum.map(|s| (s / count.max(1) as f64) as f32);
+        let unknowns = model.modes() + if posed { MOTION } else { 0 };
+        let rows = Rows { model, weights, centre, unknowns };
+        let (mut matrix, mut total) = (DMatrix::zeros(unknowns, unknowns), 0.0);
+        for patch in places.chunks(PATCH) {
+            total += rows.add_patch(patch, &mut matrix);
+        }
+        let millimetre = f64::from(model.header().scales.millimetre);
+        let ridge = RIDGE * total * millimetre * millimetre;
+        for i in 0..unknowns {
+            matrix[(i, i)] += if i < model.modes() { ridge } else { 1e-6 * total };
+        }
+        let factor = Cholesky::new(matrix)?;
+        (ridge > 0.0).then_some(Self { model, weights, centre, posed, ridge, factor })
+    }
+
+    /// Deviation of the surface along its normal at a place on or near it, voxels; `None` where the model stores
+    /// nothing.
+    pub fn at(&self, q: [f32; 3]) -> Option<f32> {
+        let unknowns = self.model.modes() + if self.posed { MOTION } else { 0 };
+        let rows = Rows { model: self.model, weights: self.weights, centre: self.centre, unknowns };
+        let (row, _) = rows.at(q)?;
+        let solved = self.factor.l_dirty().solve_lower_triangular(&row)?;
+        Some((self.ridge.sqrt() * solved.norm()) as f32)
+    }
+
+    /// [`Self::at`] for many places.
+    pub fn at_all(&self, places: &[[f32; 3]]) -> Vec<Option<f32>> {
+        places.par_iter().with_min_len(256).map(|&q| self.at(q)).collect()
+    }
+}
+
+/// Makes rows of the regression.
+struct Rows<'a> {
+    model: &'a Model<'a>,
+    weights: &'a [f32],
+    centre: [f32; 3],
+    unknowns: usize,
+}
+
+impl Rows<'_> {
+    /// Row and robust weight of a place.
+    fn at(&self, q: [f32; 3]) -> Option<(DVector<f64>, f64)> {
+        const ROUND: Round = ROUNDS[ROUNDS.len() - 1];
+        let mut row = vec![0.0; self.model.modes() + MOTION];
+        let (_, weight) = fill_row(self.model, q, self.centre, &ROUND, self.weights, &mut row)?;
+        let row = row.into_iter().take(self.unknowns).map(f64::from);
+        Some((DVector::from_iterator(self.unknowns, row), f64::from(weight)))
+    }
+
+    /// Adds the points of a patch less what its own offset explains: their weight.
+    fn add_patch(&self, patch: &[[f32; 3]], matrix: &mut DMatrix<f64>) -> f64 {
+        let (mut sums, mut total) = (DVector::zeros(self.unknowns), 0.0);
+        for (row, weight) in patch.iter().filter_map(|&q| self.at(q)) {
+            matrix.syger(weight, &row, &row, 1.0);
+            sums.axpy(weight, &row, 1.0);
+            total += weight;
+        }
+        matrix.syger(-1.0 / (total + 1.0), &sums, &sums, 1.0);
+        total
+    }
+}
