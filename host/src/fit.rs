@@ -3,7 +3,8 @@
 use crate::points::PackedPoints;
 use lacuna::completion::{Memory, Outcome, Settings};
 use lacuna::format::digest;
-use lacuna::hull::Hull;
+use lacuna::hull::{Hull, Target};
+use lacuna::mirror;
 use lacuna::{Arithmetic, Completion, Error, LocalFit, Model, Pose, PoseBuffers, Schedule, Sizes, Workspace};
 
 /// Results of a fit: distances are one a stored voxel, 1/256 voxel.
@@ -25,6 +26,13 @@ pub struct Fit {
     pub digests: Digests,
     /// Bytes of the buffers the fit ran in.
     pub buffer_bytes: usize,
+}
+
+impl Fit {
+    /// Voxels of the hull that only mirror images of the scan reach.
+    pub fn mirrored(&self) -> usize {
+        self.targets.iter().filter(|&&target| Target(target).weight() == mirror::WEIGHT).count()
+    }
 }
 
 /// CRC-32 of each stage's result.

@@ -72,6 +72,8 @@ struct Report<'a> {
     clutter: Clutter,
     expected_error: ExpectedError<'a>,
     hull_voxels: u32,
+    /// Those of them that only mirror images of the scan reach.
+    mirrored_voxels: usize,
     buffer_bytes: usize,
     digests: Digests,
     seconds: f64,
@@ -290,6 +292,7 @@ impl Complete {
             },
             expected_error: expected_error(completion, model),
             hull_voxels: completion.fit.outcome.hull_voxels,
+            mirrored_voxels: completion.fit.mirrored(),
             buffer_bytes: completion.fit.buffer_bytes,
             digests: completion.fit.digests,
             seconds,
@@ -323,6 +326,12 @@ impl Complete {
             say(&format!(
                 "not the class   {:.0} % of the scan, {area:.0} {symbol}2, {points} points: {how}",
                 100.0 * share
+            ));
+        }
+        if report.mirrored_voxels > 0 {
+            say(&format!(
+                "mirror prior    {} of {} hull voxels from the other side",
+                report.mirrored_voxels, report.hull_voxels
             ));
         }
         say(&format!("weights         {:.2} deviations rms", verdict.weight_norm));

@@ -3,6 +3,7 @@
 use super::{Common, Failure, inputs, say};
 use crate::sentence::sentence;
 use crate::{io, modes, unit};
+use lacuna::format::{Header, Symmetry};
 use lacuna::{Fixed, Model, Schedule, Sizes, schedule};
 use std::path::PathBuf;
 
@@ -42,12 +43,21 @@ struct Report<'a> {
     stride: u8,
     node_distance: f32,
     active_nodes: usize,
+    /// The plane the class is symmetric about, in the frame and unit of the training shapes.
+    symmetry: Option<Plane>,
     hull_front: f32,
     hull_behind: f32,
     deviations: Vec<f32>,
     fit_bytes: usize,
     fit_bytes_with_momentum: usize,
     pose_bytes: usize,
+}
+
+#[derive(serde::Serialize)]
+struct Plane {
+    normal: [f32; 3],
+    offset: f32,
+    deviation: f32,
 }
 
 impl Inspect {
@@ -96,6 +106,7 @@ fn report<'a>(model: &'a Model<'_>, bytes: usize) -> Result<Report<'a>, Failure>
         stride: h.stride,
         node_distance: f32::from(h.stride) * h.spacing,
         active_nodes: sizes.weights / modes.max(1),
+        symmetry: model.symmetry().map(|plane| in_frame(plane, h)),
         hull_front: h.scales.front * h.spacing,
         hull_behind: h.scales.behind * h.spacing,
         deviations: (0..modes).map(|k| model.deviation(k) * h.spacing).collect(),
@@ -103,6 +114,16 @@ fn report<'a>(model: &'a Model<'_>, bytes: usize) -> Result<Report<'a>, Failure>
         fit_bytes_with_momentum: required(179)?.bytes::<Fixed>(),
         pose_bytes: lacuna::pose_fit::sums_len(modes) * 12 + (lacuna::pose_fit::row_len(modes) + modes) * 4,
     })
+}
+
+/// A plane in the frame and unit of the training shapes.
+fn in_frame(plane: &Symmetry, header: &Header<'_>) -> Plane {
+    let origin: f32 = plane.normal.iter().zip(header.origin).map(|(n, o)| n * o).sum();
+    Plane {
+        normal: plane.normal,
+        offset: plane.offset * header.spacing + origin,
+        deviation: plane.deviation * header.spacing,
+    }
 }
 
 fn tell(r: &Report<'_>) {
@@ -130,6 +151,12 @@ fn tell(r: &Report<'_>) {
         r.stride, r.node_distance, r.unit, r.active_nodes
     ));
     say(&format!("hull            {:.1} {} in front, {:.1} behind", r.hull_front, r.unit, r.hull_behind));
+    if let Some(Plane { normal: [x, y, z], offset, deviation }) = r.symmetry {
+        say(&format!(
+            "symmetry        {x:.3} x + {y:.3} y + {z:.3} z = {offset:.1} {}, mirror images lie {deviation:.2} off",
+            r.unit
+        ));
+    }
     let kib = |bytes: usize| bytes as f64 / 1024.0;
     say(&format!(
         "fit memory      {:.0} KiB ({:.0} with momentum), pose {:.1} KiB",

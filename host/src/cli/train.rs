@@ -96,6 +96,8 @@ struct Report {
     bytes: usize,
     checksum: String,
     seconds: f64,
+    /// How far mirror images of the shapes lie from the shapes, in their unit, if the class is symmetric.
+    symmetry_deviation: Option<f32>,
     notes: Vec<String>,
     calibration: Option<Calibration>,
     leave_one_out: Option<LeaveOneOut>,
@@ -199,6 +201,7 @@ impl Train {
             checksum: format!("{:08x}", model.checksum()),
             seconds,
             notes,
+            symmetry_deviation: model.symmetry().map(|plane| plane.deviation * header.spacing),
             calibration: model.calibration().copied(),
             leave_one_out,
         };
@@ -219,6 +222,11 @@ impl Train {
             report.output,
             bytes as f64 / 1048576.0
         ));
+        if let Some(plane) = report.symmetry_deviation {
+            say(&format!(
+                "symmetry        a plane; mirror images lie {plane:.2} {symbol} off in the root mean square"
+            ));
+        }
         say(&expected_error(report.calibration.as_ref()));
         let Some(table) = &report.leave_one_out else { return };
         leave_one_out::table(&table.shapes, symbol).iter().for_each(|line| say(line));
