@@ -1,6 +1,6 @@
 //! The local fit: every node has its own weight vector, eqs. (14)-(16) made to converge.
 //!
-//! Over hull voxels n with trilinear weights φ_jn to their eight nodes j, and B a box mean over the nodes:
+//! Over the hull's voxels n that [`HullRows`] takes, with trilinear weights φ_jn to their eight nodes j, and B a box mean over the nodes:
 //!
 //! ```text
 //! d_j  = Σ_n φ_jn W_n Σ_k g_k b'_kn²                                  curvature
@@ -123,7 +123,7 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
             weights: first(workspace.weights, active * modes, Buffer::NodeWeights)?,
             previous: first(workspace.previous, previous, Buffer::Previous)?,
             residuals: first(workspace.residuals, model.voxels(), Buffer::Residuals)?,
-            rows: HullRows::new(model, workspace.hull_rows)?,
+            rows: HullRows::new(model, stride.voxels, workspace.hull_rows)?,
             gradient: first(workspace.gradient, gradients, Buffer::Gradient)?,
             dense: first(workspace.dense, dense_len(nodes.sides()), Buffer::Dense)?,
             reciprocals: first(workspace.reciprocals, active, Buffer::Reciprocals)?,
