@@ -35,6 +35,7 @@ pub mod hull_rows;
 pub mod local_fit;
 pub mod model;
 pub mod nodes;
+pub mod normal_sums;
 pub mod pose;
 pub mod pose_fit;
 pub mod sample;
