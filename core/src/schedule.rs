@@ -11,6 +11,18 @@ pub struct Pass<'a> {
     pub radius: u8,
     /// Step length μ of each iteration, within 0..=1024.
     pub steps: &'a [f32],
+    /// One in how many of the modes move, the strongest ones; at least 1.
+    pub part: u8,
+}
+
+impl Pass<'_> {
+    /// How many of `modes` modes move, at least one.
+    pub const fn moving(&self, modes: usize) -> usize {
+        match modes.checked_div(self.part as usize) {
+            None | Some(0) => modes,
+            Some(whole) => whole + (whole * (self.part as usize) < modes) as usize,
+        }
+    }
 }
 
 /// A local fit's settings.
@@ -27,9 +39,9 @@ pub struct Schedule<'a> {
 
 /// Constant steps with heavy-ball momentum, 24 iterations: μ = 3, β = 179/256.
 pub const MOMENTUM: [Pass<'static>; 3] = [
-    Pass { radius: 3, steps: &[3.0; 4] },
-    Pass { radius: 1, steps: &[3.0; 4] },
-    Pass { radius: 0, steps: &[3.0; 16] },
+    Pass { radius: 3, steps: &[3.0; 4], part: 1 },
+    Pass { radius: 1, steps: &[3.0; 4], part: 1 },
+    Pass { radius: 0, steps: &[3.0; 16], part: 1 },
 ];
 
 /// Varying steps without momentum, 19 iterations: what ships.
@@ -39,8 +51,13 @@ pub const MOMENTUM: [Pass<'static>; 3] = [
 /// 0.05..1.15 (wide kernels) and 0.009..1 (none), in Leja order so that rounding is not amplified on the way, damp all
 /// of them as well as momentum does, without its second copy of the weights (measured on complete faces: 0.13 mm
 /// either way, 580 instead of 825 KiB).
-pub const DEFAULT: [Pass<'static>; 3] =
-    [Pass { radius: 3, steps: &SHORT }, Pass { radius: 1, steps: &SHORT }, Pass { radius: 0, steps: &LONG }];
+///
+/// The widest kernel moves the stronger half of the modes: what the others could say that far off is soon said again.
+pub const DEFAULT: [Pass<'static>; 3] = [
+    Pass { radius: 3, steps: &SHORT, part: 2 },
+    Pass { radius: 1, steps: &SHORT, part: 1 },
+    Pass { radius: 0, steps: &LONG, part: 1 },
+];
 
 /// Chebyshev steps for 2 iterations, eigenvalues within 0.05..1.15.
 const SHORT: [f32; 2] = [1.0112, 4.7373];

@@ -23,6 +23,8 @@ pub struct Pass {
     pub radius: usize,
     /// μ of each iteration.
     pub steps: Vec<f64>,
+    /// One in how many of the modes move, the strongest ones.
+    pub part: usize,
 }
 
 /// What can be chosen.
@@ -95,7 +97,7 @@ pub fn local(model: &Model, hull: &Hull, start: &[f64], settings: &Settings) -> 
         for &step in &pass.steps {
             let gradient = fit.gradient(&field);
             let before = field.weights.clone();
-            for (k, gradient) in gradient.iter().enumerate() {
+            for (k, gradient) in gradient.iter().enumerate().take(gradient.len().div_ceil(pass.part)) {
                 let update = smoothed_ratio(&field.nodes, gradient, &denominator, pass.radius);
                 let gain = step * fit.gains[k];
                 let changes = field.weights[k].iter_mut().zip(&previous[k]).zip(update);
@@ -163,7 +165,7 @@ mod tests {
     use crate::reference::{global, toy};
 
     fn settings(radius: usize, steps: usize, mu: f64) -> Settings {
-        let passes = vec![Pass { radius, steps: vec![mu; steps] }];
+        let passes = vec![Pass { radius, steps: vec![mu; steps], part: 1 }];
         Settings { stride: 2, momentum: 0.0, ridge: 0.05, voxel_ridge: 1e-3, passes }
     }
 
@@ -223,7 +225,10 @@ mod tests {
         let start = global::direct(&model, &hull, 1e-3);
         let mut s = settings(1, 0, 1.0);
         let before = rms(&model, &local(&model, &hull, &start, &s), &hull);
-        s.passes = vec![Pass { radius: 1, steps: vec![1.0; 10] }, Pass { radius: 0, steps: vec![1.0; 100] }];
+        s.passes = vec![
+            Pass { radius: 1, steps: vec![1.0; 10], part: 1 },
+            Pass { radius: 0, steps: vec![1.0; 100], part: 1 },
+        ];
         let plain = rms(&model, &local(&model, &hull, &start, &s), &hull);
         assert!(plain < 0.4 * before, "{before} to {plain}");
         s.momentum = 0.7;
