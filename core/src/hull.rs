@@ -13,7 +13,7 @@ use crate::error::{Buffer, Error, OptionName};
 use crate::fixed::round_shift;
 use crate::format::digest;
 use crate::mirror;
-use crate::model::{Brick, Model, Row};
+use crate::model::{Model, Row};
 
 const ONE: f32 = (1 << DISTANCE_BITS) as f32;
 const NORMAL_BITS: u32 = 12;
@@ -299,8 +299,7 @@ impl RowCursor {
         let edge = u16::from(model.grid().brick()).max(1);
         if !(self.span.0..self.span.1).contains(&x) {
             let start = x / edge * edge;
-            let row = |brick: Brick<'_>| (brick.first, brick.row((y % edge) as u8, (z % edge) as u8));
-            *self = Self { span: (start, start + edge), row: model.brick_at([x, y, z]).map(row) };
+            *self = Self { span: (start, start + edge), row: model.row_at([x, y, z]) };
         }
         let (first, row) = self.row?;
         Some(first + row.voxel((x - self.span.0) as u8)?)

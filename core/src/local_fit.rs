@@ -1,6 +1,6 @@
 //! The local fit: every node has its own weight vector, eqs. (14)-(16) made to converge.
 //!
-//! Over hull voxels n with trilinear weights φ_jn to their eight nodes j, and B a box mean over the nodes:
+//! Over the hull's voxels n that [`HullRows`] takes, with trilinear weights φ_jn to their eight nodes j, and B a box mean over the nodes:
 //!
 //! ```text
 //! d_j  = Σ_n φ_jn W_n Σ_k g_k b'_kn²                                  curvature
@@ -123,7 +123,7 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
             weights: first(workspace.weights, active * modes, Buffer::NodeWeights)?,
             previous: first(workspace.previous, previous, Buffer::Previous)?,
             residuals: first(workspace.residuals, model.voxels(), Buffer::Residuals)?,
-            rows: HullRows::new(model, workspace.hull_rows)?,
+            rows: HullRows::new(model, stride.voxels, workspace.hull_rows)?,
             gradient: first(workspace.gradient, gradients, Buffer::Gradient)?,
             dense: first(workspace.dense, dense_len(nodes.sides()), Buffer::Dense)?,
             reciprocals: first(workspace.reciprocals, active, Buffer::Reciprocals)?,
@@ -166,7 +166,7 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
     /// A bounded piece of work: one brick, one group of modes over the nodes, or one layer of nodes. `None` when done.
     pub fn step(&mut self) -> Option<Progress> {
         let bricks = usize::from(self.model.header().bricks);
-        let groups = self.model.modes().div_ceil(GROUP);
+        let groups = self.moving().div_ceil(GROUP);
         self.stage = match self.stage {
             Stage::Done => return None,
             Stage::Curvature(brick) => {
@@ -196,7 +196,7 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
             }
         };
         self.done = self.done.saturating_add(1);
-        Some(Progress { done: self.done, total: self.total(bricks, groups) })
+        Some(Progress { done: self.done, total: self.total(bricks) })
     }
 
     /// What the next step does; `None` when there is none.
@@ -216,12 +216,13 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         while self.step().is_some() {}
     }
 
-    fn total(&self, bricks: usize, groups: usize) -> u32 {
+    fn total(&self, bricks: usize) -> u32 {
         let layers = usize::from(self.layers());
         let cells = usize::from(self.model.grid().brick().checked_div(self.stride.voxels).unwrap_or(0));
-        let wide = bricks + groups * (bricks + 1);
         let sweep = bricks * cells + 2 * layers + 1;
         let of_pass = |pass: &crate::schedule::Pass<'_>| {
+            let groups = pass.moving(self.model.modes()).div_ceil(GROUP);
+            let wide = bricks + groups * (bricks + 1);
             bricks + 1 + pass.steps.len() * if pass.radius == 0 { sweep } else { wide }
         };
         self.schedule.passes.iter().map(of_pass).sum::<usize>() as u32
@@ -246,9 +247,10 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
     fn begin_iteration(&mut self) -> Stage {
         let Some(pass) = self.schedule.passes.get(self.pass) else { return Stage::Done };
         let Some(&mu) = pass.steps.get(self.iteration) else { return self.next_iteration() };
-        let kernel = self.kernel();
+        let (kernel, moving) = (self.kernel(), self.moving());
         for (k, gain) in self.step_gains.iter_mut().enumerate().take(self.model.modes()) {
-            *gain = A::gain(f64::from(mu), f64::from(self.model.gain(k)), kernel);
+            let moved = || A::gain(f64::from(mu), f64::from(self.model.gain(k)), kernel);
+            *gain = if k < moving { moved() } else { A::Gain::default() };
         }
         if pass.radius > 0 {
             return Stage::Residuals(0);
@@ -256,6 +258,12 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         self.gradient.fill(A::Sum::default());
         self.layer_first = 0;
         Stage::Sweep(0, 0)
+    }
+
+    /// Modes that the pass under way moves.
+    fn moving(&self) -> usize {
+        let modes = self.model.modes();
+        self.schedule.passes.get(self.pass).map_or(modes, |pass| pass.moving(modes))
     }
 
     fn kernel(&self) -> Kernel {
@@ -425,8 +433,7 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
     #[inline(never)]
     fn update(&mut self, group: usize) {
         let kernel = self.kernel();
-        let modes = self.model.modes();
-        let lanes = modes.saturating_sub(group * GROUP).min(GROUP);
+        let lanes = self.moving().saturating_sub(group * GROUP).min(GROUP);
         self.smooth(kernel.radius, lanes);
         let nodes = self.gradient.as_chunks_mut::<GROUP>().0;
         for (sums, &reciprocal) in nodes.iter_mut().zip(self.reciprocals.iter()) {

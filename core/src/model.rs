@@ -216,6 +216,18 @@ impl<'a> Model<'a> {
         self.brick(self.brick_number(voxel)?)
     }
 
+    /// Number of the first voxel of the brick that covers a voxel position, and the position's row in it, if the brick
+    /// is stored: what [`Model::brick_at`] and [`Brick::row`] tell, without the rest.
+    #[inline]
+    pub fn row_at(&self, voxel: [u16; 3]) -> Option<(usize, Row)> {
+        let entry = self.directory.get(self.brick_number(voxel)? * ENTRY_BYTES..)?;
+        let edge = u16::from(self.grid.brick());
+        let [_, y, z] = voxel.map(|v| usize::from(v.checked_rem(edge).unwrap_or(0)));
+        let rows = self.modes() + (z * usize::from(edge) + y) * ROW_BYTES;
+        let &[mask, low, high] = self.records.get(read_u32(entry, 8) as usize + rows..)?.first_chunk()?;
+        Some((read_u32(entry, 4) as usize, Row { mask, before: u16::from_le_bytes([low, high]) }))
+    }
+
     /// Number of the brick that covers a voxel position, if it is stored.
     #[inline]
     pub fn brick_number(&self, voxel: [u16; 3]) -> Option<usize> {

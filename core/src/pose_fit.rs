@@ -23,6 +23,7 @@ use crate::cholesky::{packed, solve};
 use crate::cloud::Cloud;
 use crate::error::{Buffer, Error};
 use crate::model::Model;
+use crate::normal_sums::{BLOCK, add_block, add_row};
 use crate::pose::{Pose, cross, dot, zip};
 use crate::sample;
 use crate::workspace::{Progress, first};
@@ -66,7 +67,7 @@ pub struct PoseBuffers<'b> {
     pub normal: &'b mut [f64],
     /// [`sums_len`] elements.
     pub chunk: &'b mut [f32],
-    /// [`row_len`] elements: a point's row, and the sum of its patch's rows.
+    /// [`row_len`] elements: the rows of a block of points, and the sum of their patch's rows.
     pub row: &'b mut [f32],
     /// Weights v, one a mode, standard deviations.
     pub weights: &'b mut [f32],
@@ -86,7 +87,7 @@ pub const fn sums_len(modes: usize) -> usize {
 
 /// Elements of `row`.
 pub const fn row_len(modes: usize) -> usize {
-    2 * (modes + POSE)
+    (BLOCK + 1) * (modes + POSE)
 }
 
 /// How well the points lie on the model.
@@ -228,26 +229,39 @@ impl<'a, 'b> PoseFit<'a, 'b> {
     fn add_patch(&mut self, points: Range<usize>, round: &Round) {
         let modes = if round.shape { self.model.modes() } else { 0 };
         let unknowns = modes + POSE;
-        let (row, rest) = self.buffers.row.split_at_mut_checked(unknowns).unwrap_or_default();
+        let (rows, rest) = self.buffers.row.split_at_mut_checked(BLOCK * unknowns).unwrap_or_default();
         let sums = rest.get_mut(..unknowns).unwrap_or_default();
         sums.fill(0.0);
         let (mut total, mut pull) = (0.0, 0.0);
+        let (mut residuals, mut shares, mut count) = ([0.0; BLOCK], [0.0; BLOCK], 0);
         let centre = self.pose.apply(self.mean);
         for index in points {
             // At least FEWEST points, so never a division by zero.
             let index = index.saturating_mul(self.cloud.len()).checked_div(self.count).unwrap_or(0);
             let Some((point, _)) = self.cloud.point(index) else { continue };
             let q = self.pose.apply(point);
-            let Some((residual, weight)) = fill_row(self.model, q, centre, round, self.buffers.weights, row)
+            let row = rows.get_mut(count * unknowns..).and_then(|row| row.get_mut(..unknowns));
+            let Some((residual, weight)) =
+                row.and_then(|row| fill_row(self.model, q, centre, round, self.buffers.weights, row))
             else {
                 continue;
             };
             self.running.weight += weight;
             self.running.squared += weight * residual * residual;
             self.running.on_support += 1;
-            add_row(self.buffers.chunk, row, residual, weight);
-            sums.iter_mut().zip(row.iter()).for_each(|(sum, &value)| *sum += weight * value);
             (total, pull) = (total + weight, pull + weight * residual);
+            if let (Some(r), Some(w)) = (residuals.get_mut(count), shares.get_mut(count)) {
+                (*r, *w) = (residual, weight);
+            }
+            count += 1;
+            if count == BLOCK {
+                add_block(self.buffers.chunk, sums, split(rows, unknowns), residuals, shares);
+                (count, shares) = (0, [0.0; BLOCK]);
+            }
+        }
+        if count > 0 {
+            rows.get_mut(count * unknowns..).unwrap_or_default().fill(0.0);
+            add_block(self.buffers.chunk, sums, split(rows, unknowns), residuals, shares);
         }
         // Without the shape there is nothing that the offset could be the rest of.
         if round.shape {
@@ -328,21 +342,10 @@ pub fn fill_row(
     Some((residual, 1.0 / (1.0 + ratio * ratio)))
 }
 
-/// Adds w row rowᵀ (packed lower triangle), then w r row.
-fn add_row(sums: &mut [f32], row: &[f32], residual: f32, weight: f32) {
-    let mut rest = sums;
-    for (i, &value) in row.iter().enumerate() {
-        let Some((line, tail)) = rest.split_at_mut_checked(i + 1) else { return };
-        let scaled = weight * value;
-        for (sum, &other) in line.iter_mut().zip(row) {
-            *sum += scaled * other;
-        }
-        rest = tail;
-    }
-    let scaled = weight * residual;
-    for (sum, &value) in rest.iter_mut().zip(row) {
-        *sum += scaled * value;
-    }
+/// The rows of a block.
+fn split(rows: &[f32], unknowns: usize) -> [&[f32]; BLOCK] {
+    let mut rows = rows.chunks_exact(unknowns.max(1));
+    core::array::from_fn(|_| rows.next().unwrap_or(&[]))
 }
 
 /// Takes a patch's offset out of the sums: `patch` is Σ w row, `total` Σ w and `pull` Σ w r.

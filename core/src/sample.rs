@@ -1,5 +1,7 @@
 //! Trilinear samples of the mean and the modes at a continuous position.
 
+use crate::corners::Corners;
+use crate::format::MAX_MODES;
 use crate::model::Model;
 
 /// Lowest corner of a cell and the position within it, each coordinate within 0..1.
@@ -75,37 +77,36 @@ pub fn band(
     model: &Model<'_>,
     at: [f32; 3],
     weights: &[f32],
-    modes: Option<&mut [f32]>,
+    mut modes: Option<&mut [f32]>,
 ) -> Option<(f32, [f32; 3])> {
     let place = Place::new(at, 1)?;
-    let edge = u16::from(model.grid().brick());
-    let mut values = [0.0f32; 8];
-    let mut corners: [(&[u8], &[u8]); 8] = [(&[], &[]); 8];
-    let mut last = None;
-    for (c, (value, corner)) in values.iter_mut().zip(&mut corners).enumerate() {
-        let voxel = place.position(c);
-        let number = model.brick_number(voxel)?;
-        let brick = match last {
-            Some((known, brick)) if known == number => brick,
-            _ => model.brick(number)?,
-        };
-        last = Some((number, brick));
-        let [x, y, z] = voxel.map(|v| v.checked_rem(edge).unwrap_or(0) as u8);
-        let index = brick.row(y, z).voxel(x)?;
-        let basis = brick.basis(index);
-        let mut sum = f32::from(brick.mean(index)) / 256.0;
-        for ((&b, &e), &v) in basis.iter().zip(brick.exponents()).zip(weights) {
-            sum += v * f32::from(b as i8) * power(e);
-        }
-        *value = sum;
-        *corner = (basis, brick.exponents());
-    }
-    if let Some(modes) = modes {
+    let edge = model.grid().brick();
+    let low = place.corner.map(|v| v.checked_rem(u16::from(edge)).unwrap_or(0) as u8);
+    // Bit i: along axis i the second corner lies in the next brick.
+    let [x, y, z] = low.map(|v| usize::from(v + 1 == edge));
+    let crossing = x | y << 1 | z << 2;
+    let (mut values, mut scratch) = ([0.0f32; 8], [0; MAX_MODES as usize]);
+    if let Some(modes) = modes.as_deref_mut() {
         modes.fill(0.0);
-        for ((basis, exponents), share) in corners.iter().zip(place.weights()) {
-            for ((mode, &b), &e) in modes.iter_mut().zip(*basis).zip(*exponents) {
-                *mode += share * f32::from(b as i8) * power(e);
-            }
+    }
+    for group in (0..8).filter(|group| group & !crossing == 0) {
+        let brick = model.brick_at(place.position(group))?;
+        let mut corners = Corners::new(&brick);
+        for (c, value) in values.iter_mut().enumerate().filter(|(c, _)| c & crossing == group) {
+            let within = |axis: usize, low: u8| {
+                let second = (c >> axis & 1) as u8;
+                if crossing >> axis & 1 == 0 { low + second } else { low * (1 - second) }
+            };
+            let [x, y, z] = low;
+            let voxel = brick.row(within(1, y), within(2, z)).voxel(within(0, x))?;
+            *value = f32::from(brick.mean(voxel)) / 256.0;
+            corners.push(c as u8, brick.basis(voxel));
+        }
+        if !weights.is_empty() {
+            corners.add_sums(weights, &mut scratch, &mut values);
+        }
+        if let Some(modes) = modes.as_deref_mut() {
+            corners.add_modes(&place.weights(), &mut scratch, modes);
         }
     }
     Some(place.interpolate(&values))

@@ -136,6 +136,7 @@ pub(crate) fn settings(model: &Model<'_>, schedule: Schedule<'_>) -> Settings {
     let pass = |pass: &lacuna::Pass<'_>| Pass {
         radius: usize::from(pass.radius),
         steps: pass.steps.iter().map(|&mu| f64::from(mu)).collect(),
+        part: usize::from(pass.part),
     };
     Settings {
         stride: usize::from(schedule.stride),

@@ -168,7 +168,7 @@ fn passes(model: &Model<'_>, method: &Method) -> Vec<Pass<'static>> {
     let pass = |pass: &Pass<'static>| {
         let side = f32::from(2 * pass.radius + 1) * usual;
         let radius = if pass.radius == 0 { 0 } else { nodes(side) };
-        Pass { radius: radius.max(least), steps: pass.steps }
+        Pass { radius: radius.max(least), ..*pass }
     };
     schedule::DEFAULT.iter().map(pass).collect()
 }

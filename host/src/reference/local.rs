@@ -8,7 +8,7 @@
 //! V   <- clamp( V + β (V - V_prev) - μ g_k U_kj, ±16 )                eq. (14), descending
 //! ```
 //!
-//! n runs over the hull, where W is 1, j over the nodes; all V start at the global weights.
+//! n runs over the hull, where W is 1 (all of it near the surface, one voxel in four elsewhere), j over the nodes; all V start at the global weights.
 
 use super::nodes::Nodes;
 use super::{Hull, Model};
@@ -23,6 +23,8 @@ pub struct Pass {
     pub radius: usize,
     /// μ of each iteration.
     pub steps: Vec<f64>,
+    /// One in how many of the modes move, the strongest ones.
+    pub part: usize,
 }
 
 /// What can be chosen.
@@ -83,7 +85,9 @@ struct Fit<'a> {
 
 /// Fits a field of weights to a hull, from the global weights `start` (standard deviations).
 pub fn local(model: &Model, hull: &Hull, start: &[f64], settings: &Settings) -> Field {
-    let known = (0..hull.len()).filter(|&n| model.mask[n]).filter_map(|n| Some((n, hull[n]?))).collect();
+    let taken = |&(n, distance): &(usize, f64)| is_taken(model.grid.position(n), distance, settings.stride);
+    let known = (0..hull.len()).filter(|&n| model.mask[n]).filter_map(|n| Some((n, hull[n]?)));
+    let known = known.filter(taken).collect();
     let fit = Fit { model, whitened: model.whitened(), gains: model.gains(), known };
     let mut field = Field::constant(Nodes::new(model, settings.stride), start);
     let curvature = fit.curvature(&field.nodes);
@@ -93,7 +97,7 @@ pub fn local(model: &Model, hull: &Hull, start: &[f64], settings: &Settings) -> 
         for &step in &pass.steps {
             let gradient = fit.gradient(&field);
             let before = field.weights.clone();
-            for (k, gradient) in gradient.iter().enumerate() {
+            for (k, gradient) in gradient.iter().enumerate().take(gradient.len().div_ceil(pass.part)) {
                 let update = smoothed_ratio(&field.nodes, gradient, &denominator, pass.radius);
                 let gain = step * fit.gains[k];
                 let changes = field.weights[k].iter_mut().zip(&previous[k]).zip(update);
@@ -105,6 +109,11 @@ pub fn local(model: &Model, hull: &Hull, start: &[f64], settings: &Settings) -> 
         }
     }
     field
+}
+
+/// Whether a voxel of the hull is taken, `distance` in voxels: near the surface, or one of four.
+fn is_taken([x, y, z]: [usize; 3], distance: f64, stride: usize) -> bool {
+    stride == 1 || (distance > -0.75 && distance < 0.625) || (x % 2 == 0 && (y + z) % 2 == 0)
 }
 
 /// U = B( B(G) / denominator ), at active nodes.
@@ -156,7 +165,7 @@ mod tests {
     use crate::reference::{global, toy};
 
     fn settings(radius: usize, steps: usize, mu: f64) -> Settings {
-        let passes = vec![Pass { radius, steps: vec![mu; steps] }];
+        let passes = vec![Pass { radius, steps: vec![mu; steps], part: 1 }];
         Settings { stride: 2, momentum: 0.0, ridge: 0.05, voxel_ridge: 1e-3, passes }
     }
 
@@ -174,7 +183,8 @@ mod tests {
         let field = local(&model, &hull, &vec![0.2; model.modes()], &s);
 
         let (whitened, gains) = (model.whitened(), model.gains());
-        let known: Vec<usize> = (0..hull.len()).filter(|&n| hull[n].is_some()).collect();
+        let taken = |&n: &usize| hull[n].is_some_and(|d| is_taken(model.grid.position(n), d, 2));
+        let known: Vec<usize> = (0..hull.len()).filter(taken).collect();
         let nodes = field.nodes.active.iter().filter(|&&a| a).count() as f64;
         let volume = 13f64.powi(3);
         let square = |n: usize| whitened.iter().zip(&gains).map(|(b, g)| g * b[n] * b[n]).sum::<f64>();
@@ -215,7 +225,10 @@ mod tests {
         let start = global::direct(&model, &hull, 1e-3);
         let mut s = settings(1, 0, 1.0);
         let before = rms(&model, &local(&model, &hull, &start, &s), &hull);
-        s.passes = vec![Pass { radius: 1, steps: vec![1.0; 10] }, Pass { radius: 0, steps: vec![1.0; 100] }];
+        s.passes = vec![
+            Pass { radius: 1, steps: vec![1.0; 10], part: 1 },
+            Pass { radius: 0, steps: vec![1.0; 100], part: 1 },
+        ];
         let plain = rms(&model, &local(&model, &hull, &start, &s), &hull);
         assert!(plain < 0.4 * before, "{before} to {plain}");
         s.momentum = 0.7;

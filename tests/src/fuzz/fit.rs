@@ -25,7 +25,8 @@ pub fn run(bytes: &[u8]) {
     let reach = if flag(1) { any_reach(&mut source) } else { own.reach };
     let rounds: Vec<Round> = if flag(2) { any_rounds(&mut source) } else { ROUNDS.map(short).to_vec() };
     let steps: Vec<(u8, Vec<f32>)> = any_passes(&mut source);
-    let passes: Vec<Pass<'_>> = steps.iter().map(|(radius, steps)| Pass { radius: *radius, steps }).collect();
+    let passes: Vec<Pass<'_>> =
+        steps.iter().map(|(radius, steps)| Pass { radius: *radius, steps, part: 1 }).collect();
     let schedule = Schedule {
         stride: if flag(3) { source.byte() } else { own.schedule.stride },
         momentum: source.byte(),
