@@ -4,12 +4,12 @@ use super::{Checked, counted};
 use crate::mesh::Mesh;
 use crate::surface::Edges;
 
-/// Turns the smaller side of contradicting winding round, and closed surfaces that face inwards.
-pub(super) fn check(checked: &mut Checked) {
-    let edges = Edges::of(&checked.mesh);
+/// Turns the smaller side of contradicting winding round, and closed surfaces that face inwards; `edges` are those
+/// of the mesh.
+pub(super) fn check(checked: &mut Checked, edges: &Edges) {
     let contradicting = edges.list.iter().any(|e| e.uses == 2 && same_way(&checked.mesh, e.sides));
     if contradicting {
-        match turned(&checked.mesh, &edges) {
+        match turned(&checked.mesh, edges) {
             Some(turn) => repair(checked, &turn),
             None => checked
                 .note("the winding contradicts itself along a one-sided surface; it stays as it is".into()),

@@ -1,15 +1,13 @@
 //! `lacuna train`.
 
+use super::shapes::{self, Shapes};
 use super::{Common, Failure, bar, inputs, say};
-use crate::check;
 use crate::io;
-use crate::mesh::Mesh;
 use crate::train::align::{Align, align};
 use crate::train::{Settings, train};
 use crate::unit;
 use lacuna::Model;
 use lacuna::format::Unit;
-use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// Train a shape model on meshes of one class.
@@ -45,6 +43,13 @@ pub struct Train {
     /// How training distances are measured: exact, or along lines of sight (for scans and folded meshes)
     #[arg(long, default_value = "exact", value_parser = distances)]
     distances: crate::train::Distances,
+}
+
+/// The folder of the first file: what a class is called without a name.
+fn folder(paths: &[PathBuf]) -> String {
+    let full = paths.first().and_then(|p| p.canonicalize().ok());
+    let name = full.as_deref().and_then(Path::parent).and_then(Path::file_name);
+    name.map_or("shape".into(), |name| name.to_string_lossy().into_owned())
 }
 
 pub(super) fn positive(text: &str) -> Result<f64, String> {
@@ -88,14 +93,9 @@ impl Train {
     /// Runs the subcommand.
     pub fn run(&self, common: &Common) -> Result<(), Failure> {
         let start = std::time::Instant::now();
-        let paths = expand(&self.meshes)?;
-        let shapes: Vec<Mesh> = paths.par_iter().map(|path| io::read(path)).collect::<Result<_, _>>()?;
-        let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
-        let set = check::training::set(shapes, &names, self.unit)?;
-        let notes: Vec<String> =
-            set.findings.iter().map(|(n, text)| format!("{}: {text}", names[*n])).collect();
-        let (numbers, shapes): (Vec<usize>, Vec<Mesh>) = set.shapes.into_iter().unzip();
-        let paths: Vec<PathBuf> = numbers.iter().map(|&number| paths[number].clone()).collect();
+        let settings = self.settings();
+        let Shapes { paths, meshes: shapes, notes } = shapes::training_set(&self.meshes, &settings)?;
+        let settings = Settings { class: self.class.clone().unwrap_or_else(|| folder(&paths)), ..settings };
         let named = |number: usize, message: String| -> Failure {
             format!("{}: {message}", paths.get(number).map_or("?".into(), |p| p.display().to_string())).into()
         };
@@ -107,7 +107,7 @@ impl Train {
         })?;
         progress.finish_and_clear();
         let progress = bar(shapes.len() as u64, "measuring distances");
-        let bytes = train(&aligned.shapes, &self.settings(&paths), &|done, _| progress.set_position(done))
+        let bytes = train(&aligned.shapes, &settings, &|done, _| progress.set_position(done))
             .map_err(|error| match error {
                 crate::train::Error::NoSurface(n) => named(n, error.to_string()),
                 other => other.into(),
@@ -119,19 +119,14 @@ impl Train {
         Ok(())
     }
 
-    fn settings(&self, paths: &[PathBuf]) -> Settings {
-        let folder = || {
-            let full = paths.first().and_then(|p| p.canonicalize().ok());
-            let name = full.as_deref().and_then(Path::parent).and_then(Path::file_name);
-            name.map_or("shape".into(), |name| name.to_string_lossy().into_owned())
-        };
+    fn settings(&self) -> Settings {
         Settings {
-            class: self.class.clone().unwrap_or_else(folder),
             spacing: self.spacing,
             modes: usize::from(self.modes),
             stride: self.stride,
             unit: self.unit,
             distances: self.distances,
+            memory: io::limit::get(),
             ..Settings::default()
         }
     }
@@ -175,28 +170,4 @@ impl Train {
             bytes.len() as f64 / 1048576.0
         ));
     }
-}
-
-/// Files, and the meshes in folders, in the order of their names.
-pub(super) fn expand(inputs: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
-    let mut paths = Vec::new();
-    for input in inputs {
-        if !input.is_dir() {
-            paths.push(input.clone());
-            continue;
-        }
-        let is_mesh = |path: &PathBuf| {
-            let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-            matches!(ending.as_deref(), Some("ply" | "obj" | "stl"))
-        };
-        let read = |error| format!("cannot read the folder {}: {error}", input.display());
-        let entries = std::fs::read_dir(input).map_err(read)?;
-        let mut found: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).filter(is_mesh).collect();
-        if found.is_empty() {
-            return Err(format!("the folder {} holds no meshes (ply, obj, stl)", input.display()).into());
-        }
-        found.sort();
-        paths.extend(found);
-    }
-    Ok(paths)
 }

@@ -1,7 +1,8 @@
 //! Point clouds as text: one point a line, `x y z` or `x y z nx ny nz`, between blanks, commas or semicolons.
 
 use super::error::{Fault, Problem};
-use super::finish::{finish, is_finite};
+use super::Loaded;
+use super::finish::finish;
 use super::format::is_remark;
 use super::text::{Lines, number};
 use crate::mesh::{Mesh, Point, Vector};
@@ -9,7 +10,7 @@ use crate::mesh::{Mesh, Point, Vector};
 /// Reads a point cloud. Blank lines and remarks (`#`, `//`) are skipped; all other lines must
 /// have as many columns as the first. Six columns whose last three are whole numbers from 0 to
 /// 255 are read as a coloured cloud without normals.
-pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
+pub(super) fn parse(bytes: &[u8]) -> Result<Loaded, Fault> {
     let mut mesh = Mesh::default();
     let mut columns = None;
     let mut lines = Lines::new(bytes).filter(|(_, text)| !is_remark(text)).peekable();
@@ -22,7 +23,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
             let expected = if expected == 3 { "3" } else { "6" };
             return Err(Problem::Columns { expected, found }.in_line(line));
         }
-        push(&mut mesh, row, found).map_err(|problem| problem.in_line(line))?;
+        push(&mut mesh, row, found);
     }
     if are_colours(&mesh.normals) {
         mesh.normals.clear();
@@ -56,17 +57,12 @@ fn row(text: &[u8]) -> Result<([f64; 6], usize), Problem> {
     }
 }
 
-fn push(mesh: &mut Mesh, row: [f64; 6], columns: usize) -> Result<(), Problem> {
+fn push(mesh: &mut Mesh, row: [f64; 6], columns: usize) {
     let [x, y, z, nx, ny, nz] = row;
-    let point = Point::new(x, y, z);
-    if !is_finite(&point) {
-        return Err(Problem::NotFinite { vertex: mesh.points.len() });
-    }
-    mesh.points.push(point);
+    mesh.points.push(Point::new(x, y, z));
     if columns == 6 {
         mesh.normals.push(Vector::new(nx, ny, nz));
     }
-    Ok(())
 }
 
 /// Whether "normals" are red, green and blue: whole numbers up to 255, not all 0 or 1.
@@ -79,6 +75,10 @@ fn are_colours(normals: &[Vector]) -> bool {
 mod tests {
     use super::*;
     use crate::io::Place;
+
+    fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
+        Ok(super::parse(bytes)?.mesh)
+    }
 
     #[test]
     fn three_columns_are_points() {
@@ -106,12 +106,11 @@ mod tests {
 
     #[test]
     fn errors_name_the_line() {
-        let cases: [(&[u8], usize, Problem); 5] = [
+        let cases: [(&[u8], usize, Problem); 4] = [
             (b"1 2 3\n4 5", 2, Problem::Columns { expected: "3 or 6", found: 2 }),
             (b"1 2 3\n1 2 3 0 0 1", 2, Problem::Columns { expected: "3", found: 6 }),
             (b"1 2 3\n1 y 3", 2, Problem::NotANumber("y".into())),
             (b"1 2 3 4 5 6 7 8", 1, Problem::Columns { expected: "3 or 6", found: 8 }),
-            (b"\n1 2 3\n1 nan 3", 3, Problem::NotFinite { vertex: 1 }),
         ];
         for (text, line, problem) in cases {
             assert_eq!(parse(text), Err(Fault { place: Place::Line(line), problem }));

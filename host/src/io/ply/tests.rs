@@ -2,6 +2,10 @@ use super::*;
 use crate::io::error::Place;
 use crate::mesh::{Point, Vector};
 
+fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
+    Ok(super::parse(bytes)?.mesh)
+}
+
 /// A header of the given encoding; lines of `tables` are elements and properties.
 fn header(encoding: &str, tables: &str) -> Vec<u8> {
     format!("ply\nformat {encoding} 1.0\ncomment by hand\n{tables}\nend_header\n").into_bytes()

@@ -1,0 +1,111 @@
+//! The grid training works on: its sides, and the memory its volumes need, known before any is taken.
+
+use super::{Error, Settings, bounds, class_millimetre, usual_spacing};
+use crate::mesh::Mesh;
+
+/// Largest number of voxels a side.
+const MOST: f64 = lacuna::grid::MAX_SIDE as f64;
+/// Bytes of a voxel that is measured, for each shape: distance and border, column, mode, mode in file order.
+const PER_SHAPE: u64 = 5 + 4 + 4 + 4;
+/// Bytes of a voxel that is measured, whatever the number of shapes.
+const PER_VOXEL: u64 = 32;
+/// Bytes of a far node: of a shape's distance and border, and of the moments.
+const PER_NODE: [u64; 2] = [5, 32];
+/// Bytes of a voxel of the whole grid while a line of sight volume is made.
+const PER_SIGHT: u64 = 24;
+
+/// Voxel edge, and voxels of a brick's edge, of a class.
+pub(super) fn voxel(shapes: &[Mesh], settings: &Settings) -> (f64, u8, usize) {
+    let millimetre = class_millimetre(shapes);
+    let (low, high) = bounds(shapes);
+    let spacing = settings.spacing.unwrap_or_else(|| usual_spacing(millimetre, (high - low).max()));
+    let stride = settings.stride.unwrap_or(((10.0 * millimetre / spacing).round() as u8).clamp(1, 4));
+    (spacing, stride, if stride == 3 { 6 } else { 8 })
+}
+
+/// Voxels along each side for lengths in the unit of the spacing: whole bricks.
+///
+/// # Errors
+/// More than the format knows.
+pub(super) fn sides(lengths: [f64; 3], spacing: f64, brick: usize) -> Result<[usize; 3], Error> {
+    let longest = lengths.into_iter().fold(0.0, f64::max) / spacing;
+    let sides = lengths.map(|length| {
+        let voxels = (length / spacing).min(2.0 * MOST).ceil() as usize + 1;
+        voxels.div_ceil(brick) * brick
+    });
+    if !(longest <= MOST) || sides.iter().any(|&side| side as f64 > MOST) {
+        return Err(Error::TooFine { spacing, voxels: longest });
+    }
+    Ok(sides)
+}
+
+/// Whether a grid of the spacing asked for can be made at all, judged by the shapes as they are, before they
+/// are aligned: too small a spacing is refused at once.
+///
+/// # Errors
+/// [`Error::TooFine`] or [`Error::TooLarge`].
+pub fn check(shapes: &[Mesh], settings: &Settings) -> Result<(), Error> {
+    let Some((low, high)) = shapes.first().and_then(Mesh::bounds) else { return Ok(()) };
+    let (spacing, _, brick) = voxel(shapes, settings);
+    if !(spacing as f32).is_normal() || !((1.0 / spacing) as f32).is_normal() {
+        return Err(Error::Spacing(spacing));
+    }
+    sides((high - low).into(), spacing, brick)?;
+    // The stored grid reaches from end to end of the mean shape, about as far as the smallest shape does.
+    let least = shapes.iter().filter_map(Mesh::bounds).map(|(low, high)| high - low);
+    let least = least.reduce(|a, b| a.inf(&b)).unwrap_or_else(|| high - low);
+    let cells: f64 = least.iter().map(|length| (length / spacing / brick as f64).floor().max(1.0)).product();
+    if cells >= f64::from(lacuna::format::ABSENT) {
+        return Err(Error::TooLarge(cells as usize));
+    }
+    Ok(())
+}
+
+/// Refuses far nodes of `shapes` shapes for which `limit` bytes do not suffice.
+pub(super) fn check_nodes(nodes: usize, shapes: usize, limit: u64) -> Result<(), Error> {
+    let [each, all] = PER_NODE;
+    allow((nodes as u64).saturating_mul(each * shapes as u64 + all), shapes, limit)
+}
+
+/// Refuses measured voxels of `shapes` shapes for which `limit` bytes do not suffice; `sight` is the number of
+/// voxels of the whole grid where distances are taken along lines of sight.
+pub(super) fn check_voxels(measured: usize, shapes: usize, sight: usize, limit: u64) -> Result<(), Error> {
+    let threads = rayon::current_num_threads().min(shapes) as u64;
+    let needed = (measured as u64).saturating_mul(PER_SHAPE * shapes as u64 + PER_VOXEL);
+    allow(needed.saturating_add((sight as u64).saturating_mul(PER_SIGHT * threads)), shapes, limit)
+}
+
+fn allow(needed: u64, shapes: usize, limit: u64) -> Result<(), Error> {
+    if needed <= limit { Ok(()) } else { Err(Error::Memory { needed, limit, shapes }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface::shapes::ball;
+
+    fn settings(spacing: f64) -> Settings {
+        Settings { spacing: Some(spacing), ..Settings::default() }
+    }
+
+    #[test]
+    fn spacings_that_make_no_grid_are_refused() {
+        let shapes = [ball(12, 100.0), ball(12, 110.0)];
+        assert!(check(&shapes, &settings(3.0)).is_ok());
+        for tiny in [0.1, 1e-3, 1e-30] {
+            assert!(matches!(check(&shapes, &settings(tiny)), Err(Error::TooFine { .. })), "{tiny}");
+        }
+        assert!(matches!(check(&shapes, &settings(0.5)), Err(Error::TooLarge(_))));
+        for odd in [1e-300, 1e300] {
+            assert!(matches!(check(&shapes, &settings(odd)), Err(Error::Spacing(_))), "{odd}");
+        }
+    }
+
+    #[test]
+    fn memory_is_counted_for_every_shape() {
+        assert!(check_voxels(1000, 10, 0, 202_000).is_ok());
+        assert!(check_voxels(1000, 11, 0, 202_000).is_err());
+        assert!(check_nodes(1000, 10, 82_000).is_ok() && check_nodes(1001, 10, 82_000).is_err());
+        assert!(check_voxels(usize::MAX, usize::MAX, usize::MAX, u64::MAX - 1).is_err());
+    }
+}
