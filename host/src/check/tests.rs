@@ -55,6 +55,23 @@ fn single_turned_triangles_follow_their_neighbours() {
 }
 
 #[test]
+fn a_spike_does_not_turn_the_scan() {
+    let clean = sheet(6);
+    let mut odd = clean.clone();
+    let [a, b, _] = odd
+        .triangles
+        .iter()
+        .copied()
+        .find(|t| Edges::of(&clean).boundary().any(|e| e == [t[0], t[1]]))
+        .unwrap();
+    odd.points.push(Point::new(1e5, 1e5, 1e5));
+    odd.triangles.push([a, b, odd.points.len() as u32 - 1]);
+    let checked = mesh(odd);
+    assert_eq!(checked.mesh.triangles[..clean.triangles.len()], clean.triangles);
+    assert!(texts(&checked).contains("1 triangle that faces"), "{}", texts(&checked));
+}
+
+#[test]
 fn a_closed_surface_that_faces_inwards_is_turned() {
     let clean = ball(12, 4.0);
     let checked = mesh(Alternative::Flipped.of(&clean));
@@ -121,9 +138,8 @@ fn the_unit_is_recognised_and_not_guessed() {
 fn training_sets_are_judged_together() {
     let names: Vec<String> = ["a", "b", "c", "d"].map(String::from).to_vec();
     let loaded = |mesh| Loaded { mesh, repairs: vec![] };
-    let judge = |shapes: Vec<Mesh>| {
-        training::set(shapes.into_iter().map(loaded).collect(), &names, Unit::Millimetre)
-    };
+    let judge =
+        |shapes: Vec<Mesh>| training::set(shapes.into_iter().map(loaded).collect(), &names, Unit::Millimetre);
     let (one, other) = (ball(12, 4.0), ball(12, 5.0));
     let scaled = |factor: f64| {
         let mut mesh = one.clone();

@@ -73,7 +73,8 @@ impl Check {
                 Some(model) => {
                     let own = model.header().unit;
                     let factor = unit::millimetres(self.unit.unwrap_or(own)) / unit::millimetres(own);
-                    let mut checked = check::scan(Loaded { mesh: inputs::scaled(mesh, factor), repairs }, model);
+                    let mut checked =
+                        check::scan(Loaded { mesh: inputs::scaled(mesh, factor), repairs }, model);
                     inlier_share = self.fit(model, &mut checked);
                     checked
                 }

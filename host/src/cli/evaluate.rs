@@ -4,7 +4,7 @@ use super::shapes::{self, Shapes};
 use super::train::{align_mode, positive};
 use super::{Common, Failure, bar, inputs, say};
 use crate::evaluate::{
-    Evaluation, Method, PoseMode, Record, Settings, Smooth, Solver, Spread, Summary, Target, figure,
+    Evaluation, Method, PoseMode, Record, Settings, Smooth, Solver, Spread, Summary, Target, figure, missed,
 };
 use crate::io;
 use crate::mesh::Mesh;
@@ -84,6 +84,10 @@ pub struct Evaluate {
     surfaces: bool,
 }
 
+/// A target that the local model misses by more than this, class millimetres rms, is not of the class: complete
+/// shapes of it are met within 0.2.
+const MISSED: f64 = 2.0;
+
 fn pose_mode(text: &str) -> Result<PoseMode, String> {
     match text {
         "joint" => Ok(PoseMode::Joint),
@@ -124,8 +128,13 @@ impl Evaluate {
         let training = self.train_settings();
         let shapes = shapes::training_set(&self.train, &training)?;
         let targets = shapes::targets(&self.targets, &shapes.meshes, self.unit)?;
-        let notes: Vec<String> = shapes.notes.iter().chain(&targets.notes).cloned().collect();
-        let mut evaluation = Evaluation::new(self.aligned(&shapes.meshes)?, named(targets)?);
+        let mut notes: Vec<String> = shapes.notes.iter().chain(&targets.notes).cloned().collect();
+        let (aligned, moved) = self.aligned(&shapes.meshes)?;
+        if moved || self.align == Align::Never {
+            notes.extend(shapes::strangers(&aligned, &shapes.paths)?);
+        }
+        let limit = MISSED * train::class_millimetre(&aligned);
+        let mut evaluation = Evaluation::new(aligned, named(targets)?);
         if self.ablation {
             return self.ablate(&mut evaluation, &notes, common);
         }
@@ -135,6 +144,7 @@ impl Evaluate {
         let drawing = figure(&records, unit::symbol(self.unit))?;
         io::atomic::write(&self.output.join("figure2.svg"), |file| file.write_all(drawing.as_bytes()))?;
         let summary = Summary::of(&records.iter().collect::<Vec<_>>());
+        notes.extend(missed(&records, limit).iter().map(|(name, rms)| self.miss(name, *rms)));
         self.report(
             "evaluation",
             "How well each model approximates complete shapes",
@@ -156,11 +166,20 @@ impl Evaluate {
         train::Settings { spacing: self.spacing, unit: self.unit, memory, ..train::Settings::default() }
     }
 
-    fn aligned(&self, shapes: &[Mesh]) -> Result<Vec<Mesh>, Failure> {
+    fn miss(&self, target: &str, rms: f64) -> String {
+        let unit = unit::symbol(self.unit);
+        format!(
+            "target {target}: the local model misses it by {rms:.2} {unit} rms: is it of the same class, and in one \
+             pose (--pose search)?"
+        )
+    }
+
+    /// The shapes in one pose, and whether they were moved for it.
+    fn aligned(&self, shapes: &[Mesh]) -> Result<(Vec<Mesh>, bool), Failure> {
         let progress = bar(shapes.len() as u64, "aligning");
         let aligned = align(shapes, self.align, 1, &|done, _| progress.set_position(done))?;
         progress.finish_and_clear();
-        Ok(aligned.shapes)
+        Ok((aligned.shapes, aligned.moved))
     }
 
     /// The method with its single switches.
@@ -259,12 +278,7 @@ impl Evaluate {
         say(&format!("figure  {}", self.output.join("figure2.svg").display()));
     }
 
-    fn ablate(
-        &self,
-        evaluation: &mut Evaluation,
-        notes: &[String],
-        common: &Common,
-    ) -> Result<(), Failure> {
+    fn ablate(&self, evaluation: &mut Evaluation, notes: &[String], common: &Common) -> Result<(), Failure> {
         let mut rows = Vec::new();
         for (name, method) in Method::ablation() {
             let mut settings = Settings { baselines: false, ..self.settings(method) };

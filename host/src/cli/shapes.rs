@@ -4,7 +4,7 @@ use super::Failure;
 use crate::check::training;
 use crate::io::{self, Loaded, limit};
 use crate::mesh::Mesh;
-use crate::train::{self, grid};
+use crate::train::{self, align, grid};
 use lacuna::format::Unit;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -42,6 +42,19 @@ pub(super) fn targets(inputs: &[PathBuf], shapes: &[Mesh], unit: Unit) -> Result
         found.notes.extend(notes.iter().map(|note| format!("{name}: {note}")));
     }
     Ok(found)
+}
+
+/// A sentence for every shape that does not lie where the first one does, although they are trained on together.
+pub(super) fn strangers(meshes: &[Mesh], paths: &[PathBuf]) -> Result<Vec<String>, Failure> {
+    let tell = |(number, overlap): (usize, f64)| {
+        let name = paths.get(number).map_or("?".into(), |path| path.display().to_string());
+        format!(
+            "{name}: only {:.0} % of it and the first shape lie together: is it of the same class, and in one pose \
+             (--align)?",
+            100.0 * overlap
+        )
+    };
+    Ok(align::elsewhere(meshes)?.into_iter().map(tell).collect())
 }
 
 fn read(inputs: &[PathBuf]) -> Result<(Vec<PathBuf>, Vec<Loaded>), Failure> {

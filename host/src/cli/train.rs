@@ -94,7 +94,7 @@ impl Train {
     pub fn run(&self, common: &Common) -> Result<(), Failure> {
         let start = std::time::Instant::now();
         let settings = self.settings();
-        let Shapes { paths, meshes: shapes, notes } = shapes::training_set(&self.meshes, &settings)?;
+        let Shapes { paths, meshes: shapes, mut notes } = shapes::training_set(&self.meshes, &settings)?;
         let settings = Settings { class: self.class.clone().unwrap_or_else(|| folder(&paths)), ..settings };
         let named = |number: usize, message: String| -> Failure {
             format!("{}: {message}", paths.get(number).map_or("?".into(), |p| p.display().to_string())).into()
@@ -106,11 +106,17 @@ impl Train {
             | crate::train::align::Error::NoMatch { number: n, .. } => named(n, error.to_string()),
         })?;
         progress.finish_and_clear();
+        // Without having been moved by the automatic alignment they lie together.
+        if aligned.moved || self.align == Align::Never {
+            notes.extend(shapes::strangers(&aligned.shapes, &paths)?);
+        }
         let progress = bar(shapes.len() as u64, "measuring distances");
-        let bytes = train(&aligned.shapes, &settings, &|done, _| progress.set_position(done))
-            .map_err(|error| match error {
-                crate::train::Error::NoSurface(n) => named(n, error.to_string()),
-                other => other.into(),
+        let bytes =
+            train(&aligned.shapes, &settings, &|done, _| progress.set_position(done)).map_err(|error| {
+                match error {
+                    crate::train::Error::NoSurface(n) => named(n, error.to_string()),
+                    other => other.into(),
+                }
             })?;
         progress.finish_and_clear();
         let model = inputs::model(&bytes, Some(&self.output))?;

@@ -1,5 +1,6 @@
 //! Whether a completion can be trusted, in numbers and in a word.
 
+use crate::register::spread::Spread;
 use serde::Serialize;
 
 /// An overall judgement.
@@ -23,8 +24,9 @@ pub struct Verdict {
     pub reasons: Vec<String>,
     /// Share of the scan's points within two class millimetres of the fitted surface, of those near it.
     pub inlier_share: f64,
-    /// Share of the scan's points that are not near the model: hair, collar, table.
-    pub clutter_share: f64,
+    /// Share of the points that the fit used which lie where the model stores nothing. What was left out before,
+    /// by area, is the clutter's.
+    pub outside_share: f64,
     /// Root mean square distance of those points from the fitted surface before it is moved onto the scan.
     pub seen_rms: f64,
     /// Share of the completed surface that was inferred, by area.
@@ -37,6 +39,8 @@ pub struct Verdict {
     pub scale: f64,
     /// Inlier share of the pose, and of the next best pose that was tried.
     pub pose_inliers: [f64; 2],
+    /// How well the scan determines its own pose; none where the pose was given.
+    pub spread: Option<Spread>,
 }
 
 /// Least share of the points near the model that a pose must explain. Nine scans of faces: 0.93 to 0.99, a raw
@@ -63,7 +67,7 @@ impl Verdict {
         let on_it = || format!("only {} of the scan near the model lies on it", percent(inliers));
         let [pose, runner_up] = self.pose_inliers;
         // Points that are no clutter, near the model or not, and what of them the pose explains.
-        let explained = pose / f64::max(1.0 - self.clutter_share, f64::MIN_POSITIVE);
+        let explained = pose / f64::max(1.0 - self.outside_share, f64::MIN_POSITIVE);
         find(
             pose < 0.25,
             Grade::Reject,
@@ -83,9 +87,9 @@ impl Verdict {
             format!("another pose explains {} as well as this one {}", percent(runner_up), percent(pose)),
         );
         find(
-            self.clutter_share > 0.3,
+            self.outside_share > 0.3,
             Grade::Check,
-            format!("{} of the scan is not part of the class and was left out", percent(self.clutter_share)),
+            format!("{} of the scan is not part of the class and was left out", percent(self.outside_share)),
         );
         find(inliers < 0.5, Grade::Reject, format!("{}: another kind of object, or a wrong pose", on_it()));
         find((0.5..0.85).contains(&inliers), Grade::Check, format!("{}: it is unlike the class", on_it()));
@@ -130,13 +134,14 @@ mod tests {
             grade: Grade::Reject,
             reasons: vec![],
             inlier_share: 0.97,
-            clutter_share: 0.02,
+            outside_share: 0.02,
             seen_rms: 0.2,
             inferred_share: 0.5,
             inferred_area: 1.0,
             weight_norm: 1.1,
             scale: 1.0,
             pose_inliers: [0.9, 0.4],
+            spread: Some(Spread { turn: 0.3, surface: 1.0 }),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Wavefront OBJ: vertices, normals and faces; everything else is skipped.
 
-use super::error::{Fault, Problem};
 use super::Loaded;
+use super::error::{Fault, Problem};
 use super::finish::{finish, next_index};
 use super::text::{Lines, numbers, quote, small_integer, words};
 use crate::mesh::{Mesh, Point, Vector};

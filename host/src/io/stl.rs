@@ -62,7 +62,8 @@ fn records(stated: u64, body: &[u8]) -> Result<(&[u8], Option<String>), Fault> {
     }
     if rest == 0 && are_triangles(whole) {
         let cut = if stated > present { "; is it cut off?" } else { "" };
-        let note = format!("the header announces {stated} triangles, the file has {present}, all were taken{cut}");
+        let note =
+            format!("the header announces {stated} triangles, the file has {present}, all were taken{cut}");
         return Ok((whole, Some(note)));
     }
     Err(Problem::TriangleCount { stated, present }.at_byte(HEAD - 4))
@@ -135,8 +136,7 @@ impl Soup {
 }
 
 fn ascii(bytes: &[u8]) -> Result<Loaded, Fault> {
-    let mut reader =
-        Ascii { soup: Soup::for_triangles(bytes.len() / 256), corners: Vec::new(), open: false };
+    let mut reader = Ascii { soup: Soup::for_triangles(bytes.len() / 256), corners: Vec::new(), open: false };
     for (line, text) in Lines::new(bytes) {
         reader.line(line, text)?;
     }

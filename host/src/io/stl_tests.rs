@@ -63,7 +63,10 @@ fn a_wrong_count_is_repaired_where_the_length_is_that_of_triangles() {
         assert!(loaded.repairs[0].contains(&format!("announces {stated} triangles, the file has 2")));
     }
     let loaded = parse(&[&stl(b"x", 2, &SQUARE)[..], b"\n"].concat()).unwrap();
-    assert_eq!((loaded.mesh, loaded.repairs[0].as_str()), (square(), "1 bytes after the last triangle left out"));
+    assert_eq!(
+        (loaded.mesh, loaded.repairs[0].as_str()),
+        (square(), "1 bytes after the last triangle left out")
+    );
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Formats that are known but not read: said by name, with what to do.
 
 /// First bytes, and what a file that begins with them is.
-const BEGINNINGS: [(&[u8], &str); 11] = [
+const BEGINNINGS: [(&[u8], &str); 16] = [
     (b"\x1F\x8B", "a gzip file: unpack it first"),
     (b"PK\x03\x04", "a ZIP archive (3MF is one, too): unpack it, or export PLY, OBJ or STL"),
     (b"\xFD7zXZ\0", "an xz file: unpack it first"),
@@ -13,6 +13,11 @@ const BEGINNINGS: [(&[u8], &str); 11] = [
     (b"\xFF\xFE", "text in UTF-16: save it as plain text or UTF-8"),
     (b"\xFE\xFF", "text in UTF-16: save it as plain text or UTF-8"),
     (b"%PDF", "a PDF document: export PLY, OBJ or STL"),
+    (b"OFF", "an OFF file: export PLY, OBJ or STL"),
+    (b"<?xml", "an XML file: export PLY, OBJ or STL"),
+    (b"<!DOCTYPE", "a web page, not the file behind it: download it again"),
+    (b"<html", "a web page, not the file behind it: download it again"),
+    (b"version https://git-lfs", "a pointer of Git LFS: fetch the file itself with git lfs pull"),
 ];
 
 /// What the bytes are, and what to do, if they are a known format without a reader.

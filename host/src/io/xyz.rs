@@ -1,7 +1,9 @@
 //! Point clouds as text: one point a line, `x y z` or `x y z nx ny nz`, between blanks, commas or semicolons.
+//!
+//! A comma is a decimal mark where something else separates the numbers: `0,5;1,5;2,5` and `0,5 1,5 2,5`.
 
-use super::error::{Fault, Problem};
 use super::Loaded;
+use super::error::{Fault, Problem};
 use super::finish::finish;
 use super::format::is_remark;
 use super::text::{Lines, number};
@@ -17,7 +19,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Loaded, Fault> {
     // A first line that is all words names the columns.
     lines.next_if(|(_, text)| values(text).all(is_heading));
     for (line, text) in lines {
-        let (row, found) = row(text).map_err(|problem| problem.in_line(line))?;
+        let marked = Marked::new(text);
+        let (row, found) = row(marked.text()).map_err(|problem| problem.in_line(line))?;
         let expected = *columns.get_or_insert(found);
         if found != expected {
             let expected = if expected == 3 { "3" } else { "6" };
@@ -35,6 +38,43 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Loaded, Fault> {
 pub(super) fn values(line: &[u8]) -> impl Iterator<Item = &[u8]> + Clone {
     let end = line.iter().position(|&b| b == b'#').unwrap_or(line.len());
     line[..end].split(|b| b.is_ascii_whitespace() || *b == b',' || *b == b';').filter(|word| !word.is_empty())
+}
+
+/// A line whose decimal marks are points.
+enum Marked<'a> {
+    Plain(&'a [u8]),
+    Comma(Vec<u8>),
+}
+
+impl<'a> Marked<'a> {
+    /// Commas are decimal marks if every one stands between two digits of a word, one a word, and there are
+    /// three words at least.
+    fn new(line: &'a [u8]) -> Self {
+        if !line.contains(&b',') {
+            return Self::Plain(line);
+        }
+        let words = line.split(|b| b.is_ascii_whitespace() || *b == b';').filter(|word| !word.is_empty());
+        let is_decimal = |word: &[u8]| {
+            let mut parts = word.split(|&b| b == b',');
+            let digit = |b: Option<&u8>| b.is_some_and(u8::is_ascii_digit);
+            match (parts.next(), parts.next(), parts.next()) {
+                (Some(_), None, None) => true,
+                (Some(whole), Some(rest), None) => digit(whole.last()) && digit(rest.first()),
+                _ => false,
+            }
+        };
+        if words.clone().count() < 3 || !words.clone().all(is_decimal) {
+            return Self::Plain(line);
+        }
+        Self::Comma(line.iter().map(|&b| if b == b',' { b'.' } else { b }).collect())
+    }
+
+    fn text(&self) -> &[u8] {
+        match self {
+            Self::Plain(text) => text,
+            Self::Comma(text) => text,
+        }
+    }
 }
 
 fn is_heading(word: &[u8]) -> bool {
@@ -97,6 +137,15 @@ mod tests {
     fn separators_headings_and_remarks_are_understood() {
         let mesh = parse(b"x;y;z\n1;2;3 # first\n4, 5, 6\n").unwrap();
         assert_eq!(mesh.points, [Point::new(1.0, 2.0, 3.0), Point::new(4.0, 5.0, 6.0)]);
+    }
+
+    #[test]
+    fn decimal_commas_are_no_separators() {
+        let points = [Point::new(0.5, -1.5, 2.0), Point::new(3.0, 4.25, 5.0)];
+        assert_eq!(parse(b"0,5;-1,5;2\n3;4,25;5\n").unwrap().points, points);
+        assert_eq!(parse(b"0,5 -1,5\t2,0\n3 4,25 5\n").unwrap().points, points);
+        assert_eq!(parse(b"0.5,-1.5,2\n3, 4.25, 5\n").unwrap().points, points);
+        assert_eq!(parse(b"1, 2, 3\n4 ,5 ,6\n").unwrap().points.len(), 2);
     }
 
     #[test]

@@ -95,7 +95,8 @@ impl Verify {
                 .chain(sides.map(|(name, kind)| synthetic(name, kind)))
                 .collect());
         }
-        let read = |path: &PathBuf| Ok((path.display().to_string(), clean(&inputs::scan(Some(path))?.mesh).0));
+        let read =
+            |path: &PathBuf| Ok((path.display().to_string(), clean(&inputs::scan(Some(path))?.mesh).0));
         self.scans.iter().map(read).collect()
     }
 }
