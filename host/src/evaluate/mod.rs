@@ -233,6 +233,9 @@ impl Evaluation {
         let members = draw(self.shapes.len(), job.count, job.draw, settings.seed);
         let bytes = prepared.model(&members)?;
         let model = Model::from_bytes(&bytes).map_err(Error::Model)?;
+        if settings.baselines {
+            train::grid::check_whole(model.grid().sides(), members.len(), settings.train.memory)?;
+        }
         let shapes: Vec<&Mesh> = members.iter().map(|&m| &self.shapes[m]).collect();
         let models = Models {
             prepared,

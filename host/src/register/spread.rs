@@ -107,3 +107,37 @@ fn row(model: &Model<'_>, q: [f32; 3], centre: &Vector3<f64>, shape: &[f32]) -> 
     let values = basis.iter().map(|&b| f64::from(b) / steepness).chain(motion);
     Some(DVector::from_iterator(modes + POSE, values))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::points::OrientedPoints;
+    use crate::verify::Case;
+    use lacuna::completion::Settings;
+    use lacuna::pose_fit::ROUNDS;
+    use lacuna::{Fixed, Reach, Schedule, schedule};
+
+    #[test]
+    fn less_of_a_scan_determines_less() {
+        let case = Case::small().unwrap();
+        let model = Model::from_bytes(&case.model).unwrap();
+        let schedule = Schedule { stride: model.header().stride, momentum: 0, passes: &schedule::DEFAULT };
+        let settings = Settings { reach: Reach::of(&model), rounds: &ROUNDS, schedule };
+        let found = |points: OrientedPoints| {
+            let points = points.along_curve().packed();
+            let fit = crate::fit::fit::<Fixed>(&model, &points, &case.pose, settings).unwrap();
+            spread(&model, points.cloud().unwrap(), &fit.outcome.pose, &fit.shape).unwrap()
+        };
+        let mut heights: Vec<f64> = case.points.points.iter().map(|p| p.y).collect();
+        heights.sort_by(f64::total_cmp);
+        let upper = |i: &usize| case.points.points[*i].y > heights[heights.len() * 2 / 3];
+        let kept: Vec<usize> = (0..heights.len()).filter(upper).collect();
+        let third = OrientedPoints {
+            points: kept.iter().map(|&i| case.points.points[i]).collect(),
+            normals: kept.iter().map(|&i| case.points.normals[i]).collect(),
+        };
+        let (whole, third) = (found(case.points.clone()), found(third));
+        assert!(third.turn > 1.2 * whole.turn && third.surface > 1.2 * whole.surface, "{whole:?} {third:?}");
+        assert!(whole.turn > 0.01 && third.surface < 20.0, "{whole:?} {third:?}");
+    }
+}

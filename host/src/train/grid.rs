@@ -11,6 +11,8 @@ const PER_SHAPE: u64 = 5 + 4 + 4 + 4;
 const PER_VOXEL: u64 = 32;
 /// Bytes of a far node: of a shape's distance and border, and of the moments.
 const PER_NODE: [u64; 2] = [5, 32];
+/// Bytes of a voxel of a whole volume, for each shape: distance and component.
+const PER_WHOLE: u64 = 8 + 8;
 /// Bytes of a voxel of the whole grid while a line of sight volume is made.
 const PER_SIGHT: u64 = 24;
 
@@ -73,6 +75,15 @@ pub(super) fn check_voxels(measured: usize, shapes: usize, sight: usize, limit: 
     let threads = rayon::current_num_threads().min(shapes) as u64;
     let needed = (measured as u64).saturating_mul(PER_SHAPE * shapes as u64 + PER_VOXEL);
     allow(needed.saturating_add((sight as u64).saturating_mul(PER_SIGHT * threads)), shapes, limit)
+}
+
+/// Refuses whole volumes of `shapes` shapes, and their components, for which `limit` bytes do not suffice.
+///
+/// # Errors
+/// [`Error::Memory`].
+pub fn check_whole(sides: [u16; 3], shapes: usize, limit: u64) -> Result<(), Error> {
+    let voxels: u64 = sides.iter().map(|&side| u64::from(side)).product();
+    allow(voxels.saturating_mul(PER_WHOLE * shapes as u64), shapes, limit)
 }
 
 fn allow(needed: u64, shapes: usize, limit: u64) -> Result<(), Error> {
