@@ -73,8 +73,13 @@ pub(super) fn check_nodes(nodes: usize, shapes: usize, limit: u64) -> Result<(),
 /// voxels of the whole grid where distances are taken along lines of sight.
 pub(super) fn check_voxels(measured: usize, shapes: usize, sight: usize, limit: u64) -> Result<(), Error> {
     let threads = rayon::current_num_threads().min(shapes) as u64;
-    let needed = (measured as u64).saturating_mul(PER_SHAPE * shapes as u64 + PER_VOXEL);
-    allow(needed.saturating_add((sight as u64).saturating_mul(PER_SIGHT * threads)), shapes, limit)
+    let needed =
+        (measured as u64).saturating_mul(PER_SHAPE.saturating_mul(shapes as u64).saturating_add(PER_VOXEL));
+    allow(
+        needed.saturating_add((sight as u64).saturating_mul(PER_SIGHT.saturating_mul(threads))),
+        shapes,
+        limit,
+    )
 }
 
 /// Refuses whole volumes of `shapes` shapes, and their components, for which `limit` bytes do not suffice.
@@ -101,7 +106,11 @@ mod tests {
 
     #[test]
     fn spacings_that_make_no_grid_are_refused() {
-        let shapes = [ball(12, 100.0), ball(12, 110.0)];
+        let shapes = [25.0, 27.0].map(|factor| {
+            let mut mesh = ball(12, 4.0);
+            mesh.points.iter_mut().for_each(|p| *p *= factor);
+            mesh
+        });
         assert!(check(&shapes, &settings(3.0)).is_ok());
         for tiny in [0.1, 1e-3, 1e-30] {
             assert!(matches!(check(&shapes, &settings(tiny)), Err(Error::TooFine { .. })), "{tiny}");
