@@ -234,7 +234,8 @@ impl Evaluation {
         let bytes = prepared.model(&members)?;
         let model = Model::from_bytes(&bytes).map_err(Error::Model)?;
         if settings.baselines {
-            train::grid::check_whole(model.grid().sides(), members.len(), settings.train.memory)?;
+            let budget = train::grid::Budget::new(&self.shapes, &settings.train);
+            budget.check_whole(model.grid().sides(), members.len())?;
         }
         let shapes: Vec<&Mesh> = members.iter().map(|&m| &self.shapes[m]).collect();
         let models = Models {

@@ -12,6 +12,7 @@ pub mod volume;
 
 use crate::mesh::{Mesh, Point, Vector};
 use distance::Surface;
+use grid::Budget;
 use lacuna::format::{Header, Scales, Unit};
 use model_file::Draft;
 use prepared::Prepared;
@@ -114,7 +115,7 @@ pub enum Error {
         /// Bytes allowed.
         limit: u64,
         /// Number of shapes.
-        shapes: usize,
+        shapes: u64,
     },
     /// Nothing common to the shapes.
     #[error(
@@ -195,7 +196,7 @@ impl Plan {
         let lattice = Lattice { origin: low - Vector::repeat(margin), spacing, sides };
         let all: Vec<&Surface> = surfaces.iter().collect();
         let nodes = lattice.coarse(brick / FAR_PER_BRICK);
-        grid::check_nodes(nodes.len(), shapes.len(), settings.memory)?;
+        Budget::new(shapes, settings).check_nodes(nodes.len())?;
         let coarse = coarse(&all, &nodes);
         let border_share = settings.border_share;
         let distances = settings.distances;
