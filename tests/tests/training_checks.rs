@@ -45,12 +45,10 @@ fn evaluate<'a>(training: &'a str, target: &'a str, more: &[&'a str]) -> Vec<&'a
 }
 
 fn refused(folder: &Path, arguments: &[&str], words: &[&str]) {
-    let start = Instant::now();
     let output = lacuna(folder, arguments);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(1), "{arguments:?}: {said}");
     assert!(words.iter().all(|word| said.contains(word)), "{arguments:?}: {said}");
-    assert!(start.elapsed() < Duration::from_secs(10), "{arguments:?} takes its time");
     assert!(!folder.join("m.lacuna").exists() && !folder.join("evaluation/results.csv").exists());
 }
 
@@ -70,18 +68,20 @@ fn meshes_that_cannot_be_used_are_named() {
 fn spacings_without_a_grid_are_refused_at_once() {
     let folder = folder();
     let head = "heads/head_001.ply";
+    let start = Instant::now();
     for spacing in ["0.001", "1e-9", "1e-300", "1e300", "0.3"] {
         refused(folder.path(), &train(&["--spacing", spacing]), &["--spacing"]);
         refused(folder.path(), &evaluate(head, head, &["--spacing", spacing]), &["--spacing"]);
     }
+    assert!(start.elapsed() < Duration::from_secs(60), "ten refusals take {:?}", start.elapsed());
 }
 
 #[test]
 fn the_grid_is_within_the_memory_that_is_allowed() {
     let folder = folder();
     let head = "heads/head_001.ply";
-    let limits = ["--spacing", "3", "--max-memory", "40M"];
-    let words = ["bytes of memory", "--max-memory allows 41943040", "--spacing"];
+    let limits = ["--spacing", "1.2", "--max-memory", "60M"];
+    let words = ["bytes of memory", "--max-memory allows 62914560", "--spacing"];
     refused(folder.path(), &train(&limits), &words);
     refused(folder.path(), &evaluate(head, head, &limits), &words);
     refused(folder.path(), &train(&["--max-memory", "1M"]), &["--max-memory allows 1048576"]);
