@@ -145,6 +145,6 @@ fn the_demo_scan_leaves_its_collar_out() {
     let options = Options { hint: Hint::None, seed: 1, schedule: default_schedule(&model), finer: 1 };
     // The built-in class is made of heads from a formula: it says nothing about quality, only what happens to the rest.
     let completion = complete::<Fixed>(&model, &scan, &options).expect("a completion");
-    assert!(completion.clutter.share > 0.3, "{:.2}", completion.clutter.share);
+    assert!(completion.clutter.area_share > 0.3, "{:.2}", completion.clutter.area_share);
     kept_apart(&completion);
 }

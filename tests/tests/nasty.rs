@@ -54,24 +54,71 @@ fn every_nasty_file_is_accepted_rightly_or_refused_in_words() {
     let folder = tempdir().unwrap();
     let all = all();
     assert!(all.len() >= 100, "{} files", all.len());
-    for nasty in &all {
-        std::fs::write(folder.path().join(&nasty.name), &nasty.bytes).unwrap();
-    }
+    let mut names: Vec<&str> = all.iter().map(|nasty| nasty.name.as_str()).collect();
+    names.sort_unstable();
+    assert!(names.windows(2).all(|pair| pair[0] != pair[1]), "two files of one name");
+    all.iter().for_each(|nasty| nasty.write(folder.path()));
     let wrong: Vec<String> = all.iter().filter_map(|nasty| complaint(folder.path(), nasty)).collect();
     assert!(wrong.is_empty(), "{} of {}:\n{}", wrong.len(), all.len(), wrong.join("\n"));
 }
 
+/// Whether a command was refused, or ended with words that warn of the result.
+fn warned(output: &Output, words: &str) -> bool {
+    output.status.code() == Some(1) || String::from_utf8_lossy(&output.stdout).contains(words)
+}
+
 #[test]
-fn nothing_nasty_is_completed_or_trained_on() {
+fn nothing_nasty_is_used_without_a_word() {
     let folder = tempdir().unwrap();
+    let here = folder.path();
+    assert!(bounded(here, &["synth", "heads", "heads", "--count", "3"]).status.success());
     for nasty in all().iter().step_by(6) {
-        std::fs::write(folder.path().join(&nasty.name), &nasty.bytes).unwrap();
-        let completed = bounded(folder.path(), &["complete", &nasty.name, "--no-picture"]);
-        assert_eq!(completed.status.code(), Some(1), "{}", nasty.name);
-        assert!(!folder.path().join("completed.ply").exists());
-        let trained = bounded(folder.path(), &["train", &nasty.name, &nasty.name, "-o", "m.lacuna"]);
-        assert_eq!(trained.status.code(), Some(1), "{}", nasty.name);
-        assert!(!folder.path().join("m.lacuna").exists());
+        nasty.write(here);
+        let name = nasty.name.as_str();
+        let completed = bounded(here, &["complete", name, "--no-picture", "--json"]);
+        assert!(warned(&completed, r#""grade": "reject""#), "complete {name}");
+        assert_eq!(completed.status.success(), std::fs::remove_file(here.join("completed.ply")).is_ok());
+        assert!(warned(&bounded(here, &["register", name]), "inliers"), "register {name}");
+        let trained = bounded(here, &["train", name, name, "-o", "m.lacuna"]);
+        assert_eq!(trained.status.code(), Some(1), "train {name}");
+        assert!(!here.join("m.lacuna").exists());
+        let evaluated = bounded(
+            here,
+            &[
+                "evaluate",
+                "--train",
+                "heads",
+                "--targets",
+                name,
+                "--counts",
+                "2",
+                "--draws",
+                "1",
+                "--spacing",
+                "14",
+                "--align",
+                "never",
+            ],
+        );
+        assert!(warned(&evaluated, "the local model misses it"), "evaluate {name}");
+    }
+}
+
+#[test]
+fn what_is_no_file_is_refused_in_words() {
+    let folder = tempdir().unwrap();
+    let here = folder.path();
+    std::os::unix::fs::symlink("loop.ply", here.join("loop.ply")).unwrap();
+    std::os::unix::fs::symlink("nowhere.ply", here.join("dangling.ply")).unwrap();
+    std::fs::create_dir(here.join("folder.ply")).unwrap();
+    assert!(Command::new("mkfifo").arg(here.join("pipe.ply")).status().unwrap().success());
+    let names = ["loop.ply", "dangling.ply", "folder.ply", "pipe.ply", "/dev/zero", "/dev/null"];
+    for (name, words) in
+        names.iter().zip(["", "no such file", "scan.json", "nobody writes", "device", "device"])
+    {
+        let output = bounded(here, &["check", name]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(1) && said.contains(words) && said.len() > 30, "{name}: {said}");
     }
 }
 

@@ -3,9 +3,9 @@
 use super::{Checked, counted};
 use crate::surface::{Edges, components};
 
-/// Counts non-manifold edges and pieces.
-pub(super) fn check(checked: &mut Checked) {
-    let crowded = Edges::of(&checked.mesh).list.iter().filter(|edge| edge.uses > 2).count();
+/// Counts non-manifold edges and pieces; `edges` are those of the mesh.
+pub(super) fn check(checked: &mut Checked, edges: &Edges) {
+    let crowded = edges.list.iter().filter(|edge| edge.uses > 2).count();
     if crowded > 0 {
         let what = counted(crowded, "edge has", "edges have");
         checked.note(format!("{what} more than two triangles: the surface cuts or repeats itself there"));

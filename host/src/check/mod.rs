@@ -14,7 +14,9 @@ mod triangles;
 mod vertices;
 mod winding;
 
+use crate::io::Loaded;
 use crate::mesh::Mesh;
+use crate::surface::Edges;
 use serde::Serialize;
 
 /// What follows from a finding.
@@ -86,25 +88,39 @@ impl Checked {
     }
 }
 
-/// Looks at a mesh or cloud for itself.
-pub fn mesh(mesh: Mesh) -> Checked {
-    let mut checked = Checked { mesh, findings: Vec::new() };
+/// Looks at a mesh or cloud for itself; what was repaired while it was read is the first that was found.
+pub fn mesh(loaded: Loaded) -> Checked {
+    mesh_with(loaded, Flat::LeftOut)
+}
+
+/// What becomes of triangles without area.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Flat {
+    LeftOut,
+    /// They stay: the vertices of several meshes correspond.
+    Kept,
+}
+
+fn mesh_with(loaded: Loaded, flat: Flat) -> Checked {
+    let mut checked = Checked { mesh: loaded.mesh, findings: Vec::new() };
+    loaded.repairs.into_iter().for_each(|text| checked.repaired(text));
     origin::check(&mut checked);
     if checked.mesh.triangles.is_empty() {
         return checked;
     }
-    triangles::check(&mut checked);
+    triangles::check(&mut checked, flat);
     if checked.is_refused() {
         return checked;
     }
     vertices::check(&mut checked);
-    edges::check(&mut checked);
-    winding::check(&mut checked);
+    let edges = Edges::of(&checked.mesh);
+    edges::check(&mut checked, &edges);
+    winding::check(&mut checked, &edges);
     checked
 }
 
 /// Looks at a scan in the model's unit: for itself, then at its size and amount.
-pub fn scan(scan: Mesh, model: &lacuna::Model<'_>) -> Checked {
+pub fn scan(scan: Loaded, model: &lacuna::Model<'_>) -> Checked {
     let mut checked = mesh(scan);
     if !checked.is_refused() {
         size::check(&mut checked, model);

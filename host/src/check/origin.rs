@@ -16,7 +16,10 @@ pub(super) fn check(checked: &mut Checked) {
         let text = format!("coordinates reach {farthest:e}: that is no object; export it again");
         return checked.refused(text);
     }
-    if extent == 0.0 && checked.mesh.points.len() > 1 {
+    if checked.mesh.points.len() == 1 {
+        return checked.refused("it is a single vertex; export the scan itself".into());
+    }
+    if extent == 0.0 {
         return checked.refused("all vertices are in one place; export it again".into());
     }
     let step = if single(&checked.mesh.points) { single_step(farthest) } else { farthest * f64::EPSILON };

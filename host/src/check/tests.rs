@@ -6,6 +6,10 @@ use crate::surface::shapes::{ball, sheet};
 use alternatives::Alternative;
 use lacuna::format::Unit;
 
+fn mesh(mesh: Mesh) -> Checked {
+    super::mesh(Loaded { mesh, repairs: vec![] })
+}
+
 fn texts(checked: &Checked) -> String {
     checked.findings.iter().map(|finding| finding.text.as_str()).collect::<Vec<_>>().join("\n")
 }
@@ -48,6 +52,23 @@ fn single_turned_triangles_follow_their_neighbours() {
     let checked = mesh(odd);
     assert_eq!(checked.mesh.triangles, clean.triangles);
     assert!(texts(&checked).starts_with("3 triangles that face the other way"), "{}", texts(&checked));
+}
+
+#[test]
+fn a_spike_does_not_turn_the_scan() {
+    let clean = sheet(6);
+    let mut odd = clean.clone();
+    let [a, b, _] = odd
+        .triangles
+        .iter()
+        .copied()
+        .find(|t| Edges::of(&clean).boundary().any(|e| e == [t[0], t[1]]))
+        .unwrap();
+    odd.points.push(Point::new(1e5, 1e5, 1e5));
+    odd.triangles.push([a, b, odd.points.len() as u32 - 1]);
+    let checked = mesh(odd);
+    assert_eq!(checked.mesh.triangles[..clean.triangles.len()], clean.triangles);
+    assert!(texts(&checked).contains("1 triangle that faces"), "{}", texts(&checked));
 }
 
 #[test]
@@ -116,7 +137,9 @@ fn the_unit_is_recognised_and_not_guessed() {
 #[test]
 fn training_sets_are_judged_together() {
     let names: Vec<String> = ["a", "b", "c", "d"].map(String::from).to_vec();
-    let judge = |shapes: Vec<Mesh>| training::set(shapes, &names, Unit::Millimetre);
+    let loaded = |mesh| Loaded { mesh, repairs: vec![] };
+    let judge =
+        |shapes: Vec<Mesh>| training::set(shapes.into_iter().map(loaded).collect(), &names, Unit::Millimetre);
     let (one, other) = (ball(12, 4.0), ball(12, 5.0));
     let scaled = |factor: f64| {
         let mut mesh = one.clone();
@@ -133,4 +156,35 @@ fn training_sets_are_judged_together() {
     assert!(mixed.starts_with("c: ") && mixed.contains("another unit"), "{mixed}");
     let cloud = Mesh { triangles: vec![], ..one.clone() };
     assert!(refused(vec![one, cloud, other]).starts_with("b: it has no triangles"));
+}
+
+#[test]
+fn flat_triangles_stay_where_vertices_correspond() {
+    let names: Vec<String> = ["a", "b"].map(String::from).to_vec();
+    let loaded = |mesh: &Mesh| Loaded { mesh: mesh.clone(), repairs: vec![] };
+    let one = sheet(5);
+    let mut other = one.clone();
+    let [a, b, _] = other.triangles[3];
+    other.points[a as usize] = other.points[b as usize];
+    other.points[40 % one.points.len()].z += 0.5;
+    let set = training::set(vec![loaded(&one), loaded(&other)], &names, Unit::Millimetre).ok().unwrap();
+    assert!(set.shapes.iter().all(|(_, mesh)| mesh.triangles == one.triangles), "{:?}", set.findings);
+    let mut own = one.clone();
+    own.triangles.swap(0, 1);
+    let set = training::set(vec![loaded(&own), loaded(&other)], &names, Unit::Millimetre).ok().unwrap();
+    assert!(set.shapes[1].1.triangles.len() < one.triangles.len());
+}
+
+#[test]
+fn targets_are_of_the_shapes_size() {
+    let shapes = [ball(12, 4.0), ball(12, 5.0)];
+    let judge = |factor: f64| {
+        let mut mesh = shapes[0].clone();
+        mesh.points.iter_mut().for_each(|p| *p *= factor);
+        training::target(Loaded { mesh, repairs: vec![] }, &shapes, Unit::Millimetre)
+    };
+    assert!(!judge(1.2).is_refused());
+    assert!(texts(&judge(1e-3)).contains("another unit"), "{}", texts(&judge(1e-3)));
+    let cloud = Loaded { mesh: Mesh { triangles: vec![], ..shapes[0].clone() }, repairs: vec![] };
+    assert!(training::target(cloud, &shapes, Unit::Millimetre).is_refused());
 }

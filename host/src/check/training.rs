@@ -1,6 +1,8 @@
 //! Training shapes together: copies, mixed units, a file that is not like the others.
 
-use super::{Checked, Refused, counted, size};
+use super::{Checked, Flat, Refused, counted, size};
+use crate::correspondence;
+use crate::io::Loaded;
 use crate::mesh::Mesh;
 use lacuna::format::Unit;
 
@@ -21,11 +23,13 @@ pub struct Set {
 ///
 /// # Errors
 /// The first shape that cannot be used, with its name, or too few of them.
-pub fn set(shapes: Vec<Mesh>, names: &[String], unit: Unit) -> Result<Set, Refused> {
+pub fn set(shapes: Vec<Loaded>, names: &[String], unit: Unit) -> Result<Set, Refused> {
     let name = |number: usize| names.get(number).map_or("a training shape", String::as_str);
     let (mut kept, mut findings): (Vec<(usize, Mesh)>, Vec<_>) = (Vec::new(), Vec::new());
+    // Vertices that correspond do so as long as no mesh loses triangles of its own.
+    let flat = if correspond(&shapes) { Flat::Kept } else { Flat::LeftOut };
     for (number, shape) in shapes.into_iter().enumerate() {
-        let checked = single(shape);
+        let checked = single(shape, flat);
         let (mesh, notes) = checked.usable().map_err(|e| Refused(format!("{}: {e}", name(number))))?;
         findings.extend(notes.into_iter().map(|note| (number, note)));
         if let Some((twin, _)) = kept.iter().find(|(_, other)| *other == mesh) {
@@ -41,9 +45,29 @@ pub fn set(shapes: Vec<Mesh>, names: &[String], unit: Unit) -> Result<Set, Refus
     Ok(Set { shapes: kept, findings })
 }
 
+/// A shape that models of the `shapes` are to approximate: for itself, and its size.
+pub fn target(target: Loaded, shapes: &[Mesh], unit: Unit) -> Checked {
+    let corresponds = shapes.first().is_some_and(|first| correspondence::correspond(first, &target.mesh));
+    let mut checked = single(target, if corresponds { Flat::Kept } else { Flat::LeftOut });
+    if checked.is_refused() {
+        return checked;
+    }
+    let mut lengths: Vec<f64> = shapes.iter().map(size::of_mesh).collect();
+    lengths.sort_by(f64::total_cmp);
+    if let Some(text) = misfit(size::of_mesh(&checked.mesh), lengths[lengths.len() / 2], unit) {
+        checked.refused(text);
+    }
+    checked
+}
+
+/// Whether all meshes have the same triangles.
+fn correspond(shapes: &[Loaded]) -> bool {
+    shapes.windows(2).all(|pair| correspondence::correspond(&pair[0].mesh, &pair[1].mesh))
+}
+
 /// One training shape for itself.
-pub(super) fn single(shape: Mesh) -> Checked {
-    let mut checked = super::mesh(shape);
+fn single(shape: Loaded, flat: Flat) -> Checked {
+    let mut checked = super::mesh_with(shape, flat);
     if checked.mesh.triangles.is_empty() && !checked.is_refused() {
         checked.refused("it has no triangles: a model is trained on meshes, not on points".into());
     }
@@ -69,17 +93,22 @@ fn sizes(shapes: &[(usize, Mesh)], unit: Unit) -> Result<(), (usize, String)> {
     sorted.sort_by(f64::total_cmp);
     let median = sorted[sorted.len() / 2];
     for (number, mesh) in shapes {
-        let length = size::of_mesh(mesh);
-        let ratio = length / median;
-        if !(1.0 / SPREAD..=SPREAD).contains(&ratio) {
-            let hint = size::unit_of(ratio, unit);
-            let hint = hint.map_or("is it of the same class and in the same unit?".into(), |_| {
-                format!(
-                    "it seems to be in another unit than the others ({ratio:.4} times their size): convert it"
-                )
-            });
-            return Err((*number, format!("it is {length:.4} long, the others {median:.4}; {hint}")));
+        if let Some(text) = misfit(size::of_mesh(mesh), median, unit) {
+            return Err((*number, text));
         }
     }
     Ok(())
+}
+
+/// What is wrong about a length among shapes of another one.
+fn misfit(length: f64, median: f64, unit: Unit) -> Option<String> {
+    let ratio = length / median;
+    if (1.0 / SPREAD..=SPREAD).contains(&ratio) {
+        return None;
+    }
+    let hint = size::unit_of(ratio, unit);
+    let hint = hint.map_or("is it of the same class and in the same unit?".into(), |_| {
+        format!("it seems to be in another unit than the others ({ratio:.4} times their size): convert it")
+    });
+    Some(format!("it is {length:.4} long, the others {median:.4}; {hint}"))
 }

@@ -1,10 +1,10 @@
 //! Triangles that cover nothing or are there twice.
 
-use super::{Checked, counted};
+use super::{Checked, Flat, counted};
 use rustc_hash::FxHashSet;
 
-/// Takes out zero-area triangles and copies; without any other triangle the mesh is refused.
-pub(super) fn check(checked: &mut Checked) {
+/// Takes out copies and, unless they are kept, zero-area triangles; without any other triangle the mesh is refused.
+pub(super) fn check(checked: &mut Checked, flat: Flat) {
     let mesh = &mut checked.mesh;
     let before = mesh.triangles.len();
     let covers = |&[a, b, c]: &[u32; 3]| {
@@ -15,13 +15,15 @@ pub(super) fn check(checked: &mut Checked) {
         size > 0.0 && (u / size).cross(&(v / size)).norm() > 0.0
     };
     let covering: Vec<bool> = mesh.triangles.iter().map(covers).collect();
-    let mut kept = covering.iter();
-    mesh.triangles.retain(|_| kept.next() == Some(&true));
-    let flat = before - mesh.triangles.len();
-    if mesh.triangles.is_empty() {
+    if !covering.contains(&true) {
         let text = format!("none of its {before} triangles has an area; export the surface itself");
         return checked.refused(text);
     }
+    if flat == Flat::LeftOut {
+        let mut kept = covering.iter();
+        mesh.triangles.retain(|_| kept.next() == Some(&true));
+    }
+    let flat = before - mesh.triangles.len();
     let mut seen = FxHashSet::default();
     mesh.triangles.retain(|corners| {
         let mut sorted = *corners;

@@ -4,12 +4,12 @@ use super::{Checked, counted};
 use crate::mesh::Mesh;
 use crate::surface::Edges;
 
-/// Turns the smaller side of contradicting winding round, and closed surfaces that face inwards.
-pub(super) fn check(checked: &mut Checked) {
-    let edges = Edges::of(&checked.mesh);
+/// Turns the smaller side of contradicting winding round, and closed surfaces that face inwards; `edges` are those
+/// of the mesh.
+pub(super) fn check(checked: &mut Checked, edges: &Edges) {
     let contradicting = edges.list.iter().any(|e| e.uses == 2 && same_way(&checked.mesh, e.sides));
     if contradicting {
-        match turned(&checked.mesh, &edges) {
+        match turned(&checked.mesh, edges) {
             Some(turn) => repair(checked, &turn),
             None => checked
                 .note("the winding contradicts itself along a one-sided surface; it stays as it is".into()),
@@ -41,7 +41,7 @@ fn same_way(mesh: &Mesh, sides: [u32; 2]) -> bool {
 }
 
 /// Which triangles must be turned so that all neighbours agree; none for a one-sided surface. In every piece the
-/// side with the larger area stays.
+/// side with the larger area stays, huge triangles counted as large ones.
 fn turned(mesh: &Mesh, edges: &Edges) -> Option<Vec<bool>> {
     let count = mesh.triangles.len();
     let (mut turn, mut piece) = (vec![false; count], vec![usize::MAX; count]);
@@ -68,14 +68,23 @@ fn turned(mesh: &Mesh, edges: &Edges) -> Option<Vec<bool>> {
                 }
             }
         }
-        let area = |turned: bool| -> f64 {
-            members.iter().filter(|&&t| turn[t] == turned).map(|&t| area(mesh, t)).sum()
+        let limit = largest(mesh, &members);
+        let vote = |turned: bool| -> f64 {
+            members.iter().filter(|&&t| turn[t] == turned).map(|&t| area(mesh, t).min(limit)).sum()
         };
-        if area(true) > area(false) {
+        if vote(true) > vote(false) {
             members.iter().for_each(|&t| turn[t] = !turn[t]);
         }
     }
     Some(turn)
+}
+
+/// The largest area that counts, a few times the median: a single spike must not turn a whole scan.
+fn largest(mesh: &Mesh, members: &[usize]) -> f64 {
+    let mut areas: Vec<f64> = members.iter().map(|&t| area(mesh, t)).collect();
+    let middle = areas.len() / 2;
+    let (_, median, _) = areas.select_nth_unstable_by(middle, f64::total_cmp);
+    4.0 * *median
 }
 
 fn area(mesh: &Mesh, triangle: usize) -> f64 {

@@ -3,6 +3,7 @@
 use super::{Common, Failure, inputs, say};
 use crate::check::{self, Checked, Finding, Severity, alternatives};
 use crate::complete::clean::clean;
+use crate::io::Loaded;
 use crate::register;
 use crate::unit;
 use lacuna::Model;
@@ -67,12 +68,13 @@ impl Check {
         let mut inlier_share = None;
         let checked = match inputs::scan(Some(file)) {
             Err(error) => Err(error.to_string()),
-            Ok(mesh) => Ok(match model {
-                None => check::mesh(mesh),
+            Ok(Loaded { mesh, repairs }) => Ok(match model {
+                None => check::mesh(Loaded { mesh, repairs }),
                 Some(model) => {
                     let own = model.header().unit;
                     let factor = unit::millimetres(self.unit.unwrap_or(own)) / unit::millimetres(own);
-                    let mut checked = check::scan(inputs::scaled(mesh, factor), model);
+                    let mut checked =
+                        check::scan(Loaded { mesh: inputs::scaled(mesh, factor), repairs }, model);
                     inlier_share = self.fit(model, &mut checked);
                     checked
                 }

@@ -84,7 +84,7 @@ struct Report<'a> {
 #[derive(serde::Serialize)]
 struct Clutter {
     points: usize,
-    share: f64,
+    area_share: f64,
     area: f64,
     kept: bool,
 }
@@ -286,7 +286,7 @@ impl Complete {
             verdict: &completion.verdict,
             clutter: Clutter {
                 points: completion.clutter.mesh.points.len(),
-                share: completion.clutter.share,
+                area_share: completion.clutter.area_share,
                 area: completion.clutter.area,
                 kept: self.keep_clutter,
             },
@@ -320,12 +320,12 @@ impl Complete {
             verdict.inferred_area
         ));
         tell_expected(&report.expected_error, symbol);
-        let Clutter { points, share, area, kept } = report.clutter;
+        let Clutter { points, area_share, area, kept } = report.clutter;
         if points > 0 {
             let how = if kept { "kept with label 2" } else { "left out (--keep-clutter keeps it)" };
             say(&format!(
                 "not the class   {:.0} % of the scan, {area:.0} {symbol}2, {points} points: {how}",
-                100.0 * share
+                100.0 * area_share
             ));
         }
         if report.mirrored_voxels > 0 {

@@ -1,9 +1,10 @@
 //! `lacuna evaluate`.
 
-use super::train::{align_mode, expand, positive};
+use super::shapes::{self, Shapes};
+use super::train::{align_mode, positive};
 use super::{Common, Failure, bar, inputs, say};
 use crate::evaluate::{
-    Evaluation, Method, PoseMode, Record, Settings, Smooth, Solver, Spread, Summary, Target, figure,
+    Evaluation, Method, PoseMode, Record, Settings, Smooth, Solver, Spread, Summary, Target, figure, missed,
 };
 use crate::io;
 use crate::mesh::Mesh;
@@ -83,6 +84,10 @@ pub struct Evaluate {
     surfaces: bool,
 }
 
+/// A target that the local model misses by more than this, class millimetres rms, is not of the class: complete
+/// shapes of it are met within 0.2.
+const MISSED: f64 = 2.0;
+
 fn pose_mode(text: &str) -> Result<PoseMode, String> {
     match text {
         "joint" => Ok(PoseMode::Joint),
@@ -120,9 +125,18 @@ impl Evaluate {
     /// Runs the subcommand.
     pub fn run(&self, common: &Common) -> Result<(), Failure> {
         self.report.as_deref().map_or(Ok(()), inputs::report_folder)?;
-        let mut evaluation = Evaluation::new(self.shapes()?, self.target_meshes()?);
+        let training = self.train_settings();
+        let shapes = shapes::training_set(&self.train, &training)?;
+        let targets = shapes::targets(&self.targets, &shapes.meshes, self.unit)?;
+        let mut notes: Vec<String> = shapes.notes.iter().chain(&targets.notes).cloned().collect();
+        let (aligned, moved) = self.aligned(&shapes.meshes)?;
+        if moved || self.align == Align::Never {
+            notes.extend(shapes::strangers(&aligned, &shapes.paths)?);
+        }
+        let limit = MISSED * train::class_millimetre(&aligned);
+        let mut evaluation = Evaluation::new(aligned, named(targets)?);
         if self.ablation {
-            return self.ablate(&mut evaluation, common);
+            return self.ablate(&mut evaluation, &notes, common);
         }
         let method = self.chosen()?;
         let records = self.results(&mut evaluation, &self.settings(method), "evaluating")?;
@@ -130,6 +144,7 @@ impl Evaluate {
         let drawing = figure(&records, unit::symbol(self.unit))?;
         io::atomic::write(&self.output.join("figure2.svg"), |file| file.write_all(drawing.as_bytes()))?;
         let summary = Summary::of(&records.iter().collect::<Vec<_>>());
+        notes.extend(missed(&records, limit).iter().map(|(name, rms)| self.miss(name, *rms)));
         self.report(
             "evaluation",
             "How well each model approximates complete shapes",
@@ -137,27 +152,34 @@ impl Evaluate {
             |s| report::evaluation::figure2(&summary, &drawing, s),
         )?;
         if common.json {
-            say(&serde_json::to_string_pretty(&summary)?);
+            let counts = &summary.counts;
+            say(&serde_json::to_string_pretty(&serde_json::json!({ "counts": counts, "notes": notes }))?);
         } else {
+            tell(&notes);
             self.tell(&summary);
         }
         Ok(())
     }
 
-    fn shapes(&self) -> Result<Vec<Mesh>, Failure> {
-        let paths = expand(&self.train)?;
-        let shapes: Vec<Mesh> = paths.par_iter().map(|path| io::read(path)).collect::<Result<_, _>>()?;
-        let progress = bar(shapes.len() as u64, "aligning");
-        let aligned = align(&shapes, self.align, 1, &|done, _| progress.set_position(done))?;
-        progress.finish_and_clear();
-        Ok(aligned.shapes)
+    fn train_settings(&self) -> train::Settings {
+        let memory = io::limit::get();
+        train::Settings { spacing: self.spacing, unit: self.unit, memory, ..train::Settings::default() }
     }
 
-    fn target_meshes(&self) -> Result<Vec<Target>, Failure> {
-        let paths = expand(&self.targets)?;
-        let name = |path: &Path| path.file_stem().map_or("?".into(), |n| n.to_string_lossy().into_owned());
-        let target = |path: &PathBuf| Ok(Target::new(&name(path), io::read(path)?)?);
-        paths.par_iter().map(target).collect()
+    fn miss(&self, target: &str, rms: f64) -> String {
+        let unit = unit::symbol(self.unit);
+        format!(
+            "target {target}: the local model misses it by {rms:.2} {unit} rms: is it of the same class, and in one \
+             pose (--pose search)?"
+        )
+    }
+
+    /// The shapes in one pose, and whether they were moved for it.
+    fn aligned(&self, shapes: &[Mesh]) -> Result<(Vec<Mesh>, bool), Failure> {
+        let progress = bar(shapes.len() as u64, "aligning");
+        let aligned = align(shapes, self.align, 1, &|done, _| progress.set_position(done))?;
+        progress.finish_and_clear();
+        Ok((aligned.shapes, aligned.moved))
     }
 
     /// The method with its single switches.
@@ -186,7 +208,7 @@ impl Evaluate {
             method,
             baselines: true,
             surfaces: self.surfaces.then(|| self.output.join("surfaces")),
-            train: train::Settings { spacing: self.spacing, unit: self.unit, ..train::Settings::default() },
+            train: self.train_settings(),
         }
     }
 
@@ -256,7 +278,7 @@ impl Evaluate {
         say(&format!("figure  {}", self.output.join("figure2.svg").display()));
     }
 
-    fn ablate(&self, evaluation: &mut Evaluation, common: &Common) -> Result<(), Failure> {
+    fn ablate(&self, evaluation: &mut Evaluation, notes: &[String], common: &Common) -> Result<(), Failure> {
         let mut rows = Vec::new();
         for (name, method) in Method::ablation() {
             let mut settings = Settings { baselines: false, ..self.settings(method) };
@@ -272,9 +294,10 @@ impl Evaluate {
                 .iter()
                 .map(|(name, summary)| serde_json::json!({ "method": name, "counts": summary.counts }))
                 .collect();
-            say(&serde_json::to_string_pretty(&serde_json::json!({ "ablation": rows }))?);
+            say(&serde_json::to_string_pretty(&serde_json::json!({ "ablation": rows, "notes": notes }))?);
             return Ok(());
         }
+        tell(notes);
         let unit = unit::symbol(self.unit);
         say(&format!("method                        model    rms {unit:23} p95 {unit}, median [quartiles]"));
         for (name, summary) in &rows {
@@ -289,6 +312,17 @@ impl Evaluate {
         }
         Ok(())
     }
+}
+
+/// Targets under the names of their files.
+fn named(targets: Shapes) -> Result<Vec<Target>, Failure> {
+    let name = |path: &Path| path.file_stem().map_or("?".into(), |n| n.to_string_lossy().into_owned());
+    let pairs = targets.paths.par_iter().zip(targets.meshes);
+    pairs.map(|(path, mesh)| Ok(Target::new(&name(path), mesh)?)).collect()
+}
+
+fn tell(notes: &[String]) {
+    notes.iter().for_each(|note| say(&format!("note            {note}")));
 }
 
 /// A setting as text.

@@ -3,7 +3,7 @@
 use super::Failure;
 use crate::check;
 use crate::check::alternatives::Alternative;
-use crate::io;
+use crate::io::{self, Loaded};
 use crate::mesh::{Mesh, Point};
 use crate::register::Placed;
 use crate::sentence::sentence;
@@ -55,11 +55,12 @@ impl Subject {
 
     /// The scan in the model's unit, checked and repaired, and what was found.
     pub fn mesh(&self, model: &Model<'_>) -> Result<(Mesh, Vec<String>), Failure> {
-        let mut mesh = scaled(scan(self.scan.as_deref())?, self.factor(model));
+        let Loaded { mesh, repairs } = scan(self.scan.as_deref())?;
+        let mut mesh = scaled(mesh, self.factor(model));
         if self.flip {
             mesh = Alternative::Flipped.of(&mesh);
         }
-        check::scan(mesh, model).usable().map_err(|refused| self.named(&refused))
+        check::scan(Loaded { mesh, repairs }, model).usable().map_err(|refused| self.named(&refused))
     }
 
     /// What the scan is called in reports.
@@ -87,16 +88,16 @@ pub fn model<'a>(bytes: &'a [u8], path: Option<&Path>) -> Result<Model<'a>, Fail
 }
 
 /// A scan from a file, or the example scan; a cloud without normals gets estimated ones.
-pub fn scan(path: Option<&Path>) -> Result<Mesh, Failure> {
+pub fn scan(path: Option<&Path>) -> Result<Loaded, Failure> {
     let Some(path) = path else {
-        let example = io::parse(io::Format::Ply, lacuna_fixtures::SCAN);
+        let example = io::parse_noted(io::Format::Ply, lacuna_fixtures::SCAN);
         return example.map_err(|fault| fault.in_file(Path::new("the example scan")).into());
     };
-    let mut mesh = io::read_scan(path)?;
-    if mesh.triangles.is_empty() && mesh.normals.is_empty() {
-        mesh.normals = crate::normals::estimate(&mesh.points);
+    let mut loaded = io::read_scan_noted(path)?;
+    if loaded.mesh.triangles.is_empty() && loaded.mesh.normals.is_empty() {
+        loaded.mesh.normals = crate::normals::estimate(&loaded.mesh.points);
     }
-    Ok(mesh)
+    Ok(loaded)
 }
 
 /// Finds before any work is done that a folder for reports cannot be made.

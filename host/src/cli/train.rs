@@ -1,7 +1,7 @@
 //! `lacuna train`.
 
+use super::shapes::{self, Shapes};
 use super::{Common, Failure, bar, inputs, say};
-use crate::check;
 use crate::io;
 use crate::mesh::Mesh;
 use crate::train::align::{Align, align};
@@ -11,7 +11,6 @@ use crate::train::{Settings, leave_one_out};
 use crate::unit;
 use lacuna::Model;
 use lacuna::format::{Calibration, Unit};
-use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// Train a shape model on meshes of one class.
@@ -60,6 +59,13 @@ pub struct Train {
     /// Hold back no shapes to calibrate the expected errors of completed surfaces: faster
     #[arg(long, conflicts_with = "leave_one_out")]
     no_calibration: bool,
+}
+
+/// The folder of the first file: what a class is called without a name.
+fn folder(paths: &[PathBuf]) -> String {
+    let full = paths.first().and_then(|p| p.canonicalize().ok());
+    let name = full.as_deref().and_then(Path::parent).and_then(Path::file_name);
+    name.map_or("shape".into(), |name| name.to_string_lossy().into_owned())
 }
 
 pub(super) fn positive(text: &str) -> Result<f64, String> {
@@ -114,14 +120,9 @@ impl Train {
     /// Runs the subcommand.
     pub fn run(&self, common: &Common) -> Result<(), Failure> {
         let start = std::time::Instant::now();
-        let paths = expand(&self.meshes)?;
-        let shapes: Vec<Mesh> = paths.par_iter().map(|path| io::read(path)).collect::<Result<_, _>>()?;
-        let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
-        let set = check::training::set(shapes, &names, self.unit)?;
-        let notes: Vec<String> =
-            set.findings.iter().map(|(n, text)| format!("{}: {text}", names[*n])).collect();
-        let (numbers, shapes): (Vec<usize>, Vec<Mesh>) = set.shapes.into_iter().unzip();
-        let paths: Vec<PathBuf> = numbers.iter().map(|&number| paths[number].clone()).collect();
+        let settings = self.settings();
+        let Shapes { paths, meshes: shapes, mut notes } = shapes::training_set(&self.meshes, &settings)?;
+        let settings = Settings { class: self.class.clone().unwrap_or_else(|| folder(&paths)), ..settings };
         let named = |number: usize, message: String| -> Failure {
             format!("{}: {message}", paths.get(number).map_or("?".into(), |p| p.display().to_string())).into()
         };
@@ -132,7 +133,11 @@ impl Train {
             | crate::train::align::Error::NoMatch { number: n, .. } => named(n, error.to_string()),
         })?;
         progress.finish_and_clear();
-        let trained = self.train(&aligned.shapes, &paths).map_err(|error| match error {
+        // Without having been moved by the automatic alignment they lie together.
+        if aligned.moved || self.align == Align::Never {
+            notes.extend(shapes::strangers(&aligned.shapes, &paths)?);
+        }
+        let trained = self.train(&aligned.shapes, &settings).map_err(|error| match error {
             crate::train::Error::NoSurface(n) => named(n, error.to_string()),
             other => other.into(),
         })?;
@@ -144,7 +149,7 @@ impl Train {
         Ok(())
     }
 
-    fn train(&self, shapes: &[Mesh], paths: &[PathBuf]) -> Result<Trained, crate::train::Error> {
+    fn train(&self, shapes: &[Mesh], settings: &Settings) -> Result<Trained, crate::train::Error> {
         let each = HeldOut { folds: self.folds.map_or(usize::MAX, usize::from), ..HeldOut::EACH };
         let held = match (self.leave_one_out, self.no_calibration) {
             (true, _) => each,
@@ -157,26 +162,21 @@ impl Train {
             completed.set_length(total);
             completed.set_position(done);
         };
-        let trained = train_calibrated(shapes, &self.settings(paths), held, [&measuring, &completing]);
+        let trained = train_calibrated(shapes, settings, held, [&measuring, &completing]);
         measured.finish_and_clear();
         completed.finish_and_clear();
         trained
     }
 
-    fn settings(&self, paths: &[PathBuf]) -> Settings {
-        let folder = || {
-            let full = paths.first().and_then(|p| p.canonicalize().ok());
-            let name = full.as_deref().and_then(Path::parent).and_then(Path::file_name);
-            name.map_or("shape".into(), |name| name.to_string_lossy().into_owned())
-        };
+    fn settings(&self) -> Settings {
         Settings {
-            class: self.class.clone().unwrap_or_else(folder),
             spacing: self.spacing,
             modes: usize::from(self.modes),
             stride: self.stride,
             unit: self.unit,
             distances: self.distances,
             symmetric: self.symmetric,
+            memory: io::limit::get(),
             ..Settings::default()
         }
     }
@@ -249,28 +249,4 @@ fn table(trained: &Trained, paths: &[PathBuf]) -> LeaveOneOut {
     let names: Vec<String> = paths.iter().map(name).collect();
     let shapes = leave_one_out::rows(&trained.trials, &names, &trained.shares);
     LeaveOneOut { summaries: leave_one_out::summaries(&shapes), shapes }
-}
-
-/// Files, and the meshes in folders, in the order of their names.
-pub(super) fn expand(inputs: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
-    let mut paths = Vec::new();
-    for input in inputs {
-        if !input.is_dir() {
-            paths.push(input.clone());
-            continue;
-        }
-        let is_mesh = |path: &PathBuf| {
-            let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-            matches!(ending.as_deref(), Some("ply" | "obj" | "stl"))
-        };
-        let read = |error| format!("cannot read the folder {}: {error}", input.display());
-        let entries = std::fs::read_dir(input).map_err(read)?;
-        let mut found: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).filter(is_mesh).collect();
-        if found.is_empty() {
-            return Err(format!("the folder {} holds no meshes (ply, obj, stl)", input.display()).into());
-        }
-        found.sort();
-        paths.extend(found);
-    }
-    Ok(paths)
 }

@@ -18,7 +18,7 @@ pub struct Clutter {
     /// Its surface, or its points where the scan is a cloud, in the scan's frame.
     pub mesh: Mesh,
     /// Its share of the scan: by area, or by the number of points.
-    pub share: f64,
+    pub area_share: f64,
     /// Its area, scan units squared; 0 for a cloud.
     pub area: f64,
 }
@@ -35,15 +35,15 @@ impl Clutter {
         let left_out = |t: usize| scan.triangles[t].iter().all(|&v| far[v as usize]);
         let mesh = keep_triangles(scan, left_out);
         let area = area(&mesh);
-        Self { share: area / self::area(scan).max(f64::MIN_POSITIVE), area, mesh }
+        Self { area_share: area / self::area(scan).max(f64::MIN_POSITIVE), area, mesh }
     }
 
     fn of_cloud(scan: &Mesh, far: &[bool]) -> Self {
         let kept: Vec<usize> = (0..far.len()).filter(|&i| far[i]).collect();
         let points = kept.iter().map(|&i| scan.points[i]).collect();
         let normals = kept.iter().filter_map(|&i| scan.normals.get(i).copied()).collect();
-        let share = kept.len() as f64 / far.len().max(1) as f64;
-        Self { mesh: Mesh { points, normals, triangles: vec![] }, share, area: 0.0 }
+        let area_share = kept.len() as f64 / far.len().max(1) as f64;
+        Self { mesh: Mesh { points, normals, triangles: vec![] }, area_share, area: 0.0 }
     }
 
     /// Appends the clutter to a completed mesh, as pieces that share no vertex with it.
@@ -64,7 +64,8 @@ fn area(mesh: &Mesh) -> f64 {
         let [a, b, c] = mesh.corners(t);
         (b - a).cross(&(c - a)).norm()
     };
-    (0..mesh.triangles.len()).map(double).sum::<f64>() / 2.0
+    // From 0: the sum of nothing is -0.
+    (0..mesh.triangles.len()).map(double).fold(0.0, |sum, area| sum + area) / 2.0
 }
 
 #[cfg(test)]
@@ -87,7 +88,7 @@ mod tests {
     #[test]
     fn what_is_far_is_measured_and_kept_apart() {
         let clutter = Clutter::of(&both(&sheet(0.1), &sheet(9.0)), &sheet(0.0), 2.0);
-        assert_eq!((clutter.mesh.clone(), clutter.area, clutter.share), (sheet(9.0), 16.0, 0.5));
+        assert_eq!((clutter.mesh.clone(), clutter.area, clutter.area_share), (sheet(9.0), 16.0, 0.5));
         let merged =
             Merged { mesh: sheet(0.0), labels: vec![1; 4], distances: vec![0.1; 4], heights: vec![0.1; 4] };
         let all = clutter.append_to(&merged);
@@ -101,7 +102,7 @@ mod tests {
         let mut cloud = both(&sheet(0.1), &sheet(9.0));
         cloud.triangles.clear();
         let clutter = Clutter::of(&cloud, &sheet(0.0), 2.0);
-        assert_eq!((clutter.mesh.points.len(), clutter.share, clutter.area), (4, 0.5, 0.0));
+        assert_eq!((clutter.mesh.points.len(), clutter.area_share, clutter.area), (4, 0.5, 0.0));
     }
 
     #[test]

@@ -12,6 +12,7 @@ pub mod verdict;
 use crate::fit::{Fit, fit};
 use crate::mesh::{Mesh, Point};
 use crate::points::OrientedPoints;
+use crate::register::spread::Spread;
 use crate::register::{self, Placed, prepare};
 use crate::sentence::sentence;
 use crate::train::distance::Surface;
@@ -263,8 +264,8 @@ struct Agreement {
     inliers: f64,
     /// Their root mean square distance, voxels.
     rms: f64,
-    /// Share of the points that are not near the model at all.
-    clutter: f64,
+    /// Share of the points where the model stores nothing.
+    outside: f64,
 }
 
 /// How the hull's points lie on the fitted surface.
@@ -285,8 +286,14 @@ fn agreement(field: &Dense, points: &OrientedPoints, placed: &Placed, model: &Mo
     Agreement {
         inliers: inliers as f64 / near.max(1) as f64,
         rms: (squares / inliers.max(1) as f64).sqrt(),
-        clutter: 1.0 - near as f64 / total,
+        outside: 1.0 - near as f64 / total,
     }
+}
+
+/// What the points determine.
+fn spread(model: &Model<'_>, start: &Start, fit: &Fit) -> Option<Spread> {
+    let packed = start.points.packed();
+    register::spread::spread(model, packed.cloud().ok()?, &fit.outcome.pose, &fit.shape)
 }
 
 fn judge(
@@ -310,7 +317,7 @@ fn judge(
         grade: Grade::Good,
         reasons: Vec::new(),
         inlier_share: agreement.inliers,
-        clutter_share: agreement.clutter,
+        outside_share: agreement.outside,
         seen_rms: agreement.rms / f64::from(placed.pose.scale),
         inferred_share: inferred / f64::max(total, f64::MIN_POSITIVE),
         inferred_area: inferred,
@@ -320,6 +327,7 @@ fn judge(
             f64::from(fit.outcome.inliers) / start.points.points.len().max(1) as f64,
             start.runner_up,
         ],
+        spread: if start.rounds.is_empty() { None } else { spread(model, start, fit) },
     }
     .judged(class_millimetre(model, placed))
 }

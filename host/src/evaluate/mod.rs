@@ -20,7 +20,7 @@ pub use method::{Fields, Method, Smooth, Solver, fit};
 pub use plot::figure;
 pub use score::{Score, quantile, score};
 pub use state::State;
-pub use summary::{Row, Spread, Summary};
+pub use summary::{Row, Spread, Summary, missed};
 
 use crate::io;
 use crate::mesh::Mesh;
@@ -233,6 +233,10 @@ impl Evaluation {
         let members = draw(self.shapes.len(), job.count, job.draw, settings.seed);
         let bytes = prepared.model(&members)?;
         let model = Model::from_bytes(&bytes).map_err(Error::Model)?;
+        if settings.baselines {
+            let budget = train::grid::Budget::new(&self.shapes, &settings.train);
+            budget.check_whole(model.grid().sides(), members.len())?;
+        }
         let shapes: Vec<&Mesh> = members.iter().map(|&m| &self.shapes[m]).collect();
         let models = Models {
             prepared,

@@ -47,6 +47,18 @@ impl Summary {
     }
 }
 
+/// Targets whose local approximations miss them by more than `limit` rms in the median, with that median.
+pub fn missed(records: &[Record], limit: f64) -> Vec<(String, f64)> {
+    let mut by_target: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+    for record in records {
+        let local = record.scores.get(&Approximation::Local).map(|score| score.rms);
+        by_target.entry(&record.target).or_default().extend(local);
+    }
+    let medians =
+        by_target.into_iter().filter_map(|(name, all)| Some((name.to_owned(), spread(all)?.median)));
+    medians.filter(|(_, median)| *median > limit).collect()
+}
+
 fn row(scores: &[Score]) -> Option<Row> {
     let values = |pick: fn(&Score) -> f64| spread(scores.iter().map(pick).collect());
     Some(Row { rms: values(|s| s.rms)?, p95: values(|s| s.p95)? })

@@ -66,6 +66,9 @@ pub enum Problem {
     /// Neither extension nor content name a known format.
     #[error("the format is not known; use PLY, OBJ, STL, PCD, or text with the columns x y z")]
     UnknownFormat,
+    /// A known format that holds no mesh as it is.
+    #[error("this is {0}")]
+    Stranger(&'static str),
     /// A picture where a mesh was expected.
     #[error("this is a picture; a depth image needs its scan.json, give that file or its folder")]
     Picture,
@@ -177,6 +180,7 @@ fn reading(cause: &io::Error) -> String {
         io::ErrorKind::NotFound => "there is no such file; check the name".into(),
         io::ErrorKind::PermissionDenied => "access is denied; check the permissions".into(),
         io::ErrorKind::IsADirectory => "this is a folder; name a file in it".into(),
+        io::ErrorKind::TimedOut => format!("{cause}; start what writes into it, or name a file"),
         _ => format!("{cause}; check the disk and try again"),
     }
 }

@@ -1,23 +1,28 @@
 //! The last checks, common to all formats.
 
 use super::error::{Fault, Problem};
+use super::{Loaded, unknown};
 use crate::mesh::{Mesh, Point, Vector};
 
 /// Turns what a reader collected into a mesh that keeps the promises of this module.
 ///
 /// Normals become unit vectors; if all are zero, or their number is not that of the points, they
-/// are dropped. Triangles that name a vertex twice are dropped, they cover nothing.
-pub(super) fn finish(mut mesh: Mesh) -> Result<Mesh, Fault> {
+/// are dropped. Triangles that name a vertex twice are dropped, they cover nothing. Single vertices without
+/// finite coordinates are left out with a note.
+pub(super) fn finish(mut mesh: Mesh) -> Result<Loaded, Fault> {
     if mesh.points.is_empty() {
         return Err(Problem::NoVertices.in_whole());
     }
-    if let Some(vertex) = mesh.points.iter().position(|p| !is_finite(p)) {
-        return Err(Problem::NotFinite { vertex }.in_whole());
-    }
     check_indices(&mesh)?;
+    if mesh.normals.len() != mesh.points.len() {
+        mesh.normals.clear();
+    }
+    let repairs = unknown::leave_out(&mut mesh)?.into_iter().collect();
     mesh.triangles.retain(|[a, b, c]| a != b && b != c && c != a);
-    mesh.normals = unit(mesh.normals, mesh.points.len());
-    Ok(mesh)
+    mesh.normals = unit(mesh.normals);
+    mesh.points.shrink_to_fit();
+    mesh.triangles.shrink_to_fit();
+    Ok(Loaded { mesh, repairs })
 }
 
 /// Whether all coordinates are finite.
@@ -41,7 +46,7 @@ fn check_indices(mesh: &Mesh) -> Result<(), Fault> {
 }
 
 /// Normals of unit length, zero where there is none; empty if there is none at all.
-fn unit(mut normals: Vec<Vector>, points: usize) -> Vec<Vector> {
+fn unit(mut normals: Vec<Vector>) -> Vec<Vector> {
     let mut any = false;
     for normal in &mut normals {
         // A scale first, or the square of a tiny or huge component leaves the range of f64.
@@ -49,7 +54,7 @@ fn unit(mut normals: Vec<Vector>, points: usize) -> Vec<Vector> {
         *normal = scaled.try_normalize(0.0).filter(|n| n.x.is_finite()).unwrap_or_else(Vector::zeros);
         any |= normal.x != 0.0 || normal.y != 0.0 || normal.z != 0.0;
     }
-    if any && normals.len() == points { normals } else { Vec::new() }
+    if any { normals } else { Vec::new() }
 }
 
 #[cfg(test)]
@@ -63,26 +68,26 @@ mod tests {
 
     #[test]
     fn triangles_that_name_a_vertex_twice_are_dropped() {
-        assert_eq!(finish(mesh(vec![])).unwrap().triangles, [[0, 1, 2]]);
+        assert_eq!(finish(mesh(vec![])).unwrap().mesh.triangles, [[0, 1, 2]]);
     }
 
     #[test]
     fn normals_become_unit_vectors_even_if_tiny_or_huge() {
         let normals = vec![Vector::x() * 1e-300, Vector::y() * 1e300, Vector::new(0.0, 3.0, 4.0)];
-        let unit = finish(mesh(normals)).unwrap().normals;
+        let unit = finish(mesh(normals)).unwrap().mesh.normals;
         assert_eq!(unit, [Vector::x(), Vector::y(), Vector::new(0.0, 0.6, 0.8)]);
     }
 
     #[test]
     fn single_unusable_normals_become_zero() {
         let normals = vec![Vector::zeros(), Vector::x() * f64::NAN, Vector::z() * 2.0];
-        let unit = finish(mesh(normals)).unwrap().normals;
+        let unit = finish(mesh(normals)).unwrap().mesh.normals;
         assert_eq!(unit, [Vector::zeros(), Vector::zeros(), Vector::z()]);
     }
 
     #[test]
     fn normals_that_are_all_zero_are_absent() {
-        assert!(finish(mesh(vec![Vector::zeros(); 3])).unwrap().normals.is_empty());
+        assert!(finish(mesh(vec![Vector::zeros(); 3])).unwrap().mesh.normals.is_empty());
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::error::{Fault, Problem};
 use super::text::{Lines, number, words};
-use super::{obj, pcd, ply, stl, xyz};
+use super::{Loaded, obj, pcd, ply, stl, stranger, xyz};
 use crate::mesh::Mesh;
 
 /// A file format for meshes or point clouds.
@@ -37,6 +37,9 @@ impl Format {
         if bytes.starts_with(b"\x89PNG") {
             return Err(Problem::Picture.in_whole());
         }
+        if let Some(name) = stranger::name(bytes) {
+            return Err(Problem::Stranger(name).in_whole());
+        }
         Self::by_magic(bytes)
             .or_else(|| Self::by_guess(bytes))
             .or_else(|| Self::by_extension(path))
@@ -44,7 +47,7 @@ impl Format {
     }
 
     fn by_magic(bytes: &[u8]) -> Option<Self> {
-        if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
+        if ply::is_ply(bytes) {
             return Some(Format::Ply);
         }
         if pcd::is_pcd(bytes) {
@@ -92,6 +95,14 @@ pub(super) fn is_remark(line: &[u8]) -> bool {
 /// # Errors
 /// If the bytes are not a complete and consistent file of that format.
 pub fn parse(format: Format, bytes: &[u8]) -> Result<Mesh, Fault> {
+    Ok(parse_noted(format, bytes)?.mesh)
+}
+
+/// As [`parse`], with what was repaired.
+///
+/// # Errors
+/// As for [`parse`].
+pub fn parse_noted(format: Format, bytes: &[u8]) -> Result<Loaded, Fault> {
     match format {
         Format::Ply => ply::parse(bytes),
         Format::Obj => obj::parse(bytes),

@@ -1,16 +1,19 @@
 //! How much memory reading may take, known before any is taken.
 
-use std::fs::{File, Metadata};
+use std::fs::Metadata;
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::error::{Error, Problem};
+use super::pipe;
 
 /// Bytes of memory that reading, checking and fitting take for one byte of a mesh file, at most.
 pub const PER_BYTE: u64 = 64;
 /// The same for one pixel of a depth image.
 pub const PER_PIXEL: u64 = 64;
+/// Bytes of a mesh that is kept for one byte of its file, at most.
+const KEPT: u64 = 8;
 /// Most bytes taken from something without a length, such as a pipe.
 const UNKNOWN: u64 = 1 << 28;
 
@@ -21,16 +24,38 @@ pub fn set(bytes: u64) {
     LIMIT.store(bytes, Ordering::Relaxed);
 }
 
+/// The limit of this process, bytes.
+pub fn get() -> u64 {
+    LIMIT.load(Ordering::Relaxed)
+}
+
+/// Refuses meshes that would together need more memory than allowed: one a thread is being read and checked, all
+/// of them are kept.
+///
+/// # Errors
+/// [`Problem::Memory`] at the largest of them. Files that cannot be looked at are left to the reader.
+pub fn check_all(paths: &[PathBuf]) -> Result<(), Error> {
+    let length = |path: &PathBuf| std::fs::metadata(path).ok().filter(Metadata::is_file).map(|m| m.len());
+    let lengths: Vec<u64> = paths.iter().map(|path| length(path).unwrap_or(0)).collect();
+    let Some((largest, path)) = lengths.iter().zip(paths).max_by_key(|(length, _)| **length) else {
+        return Ok(());
+    };
+    let busy = rayon::current_num_threads().min(paths.len()) as u64;
+    let kept = lengths.iter().fold(0u64, |sum, &length| sum.saturating_add(length)).saturating_mul(KEPT);
+    let needed = largest.saturating_mul(PER_BYTE).saturating_mul(busy).saturating_add(kept);
+    check(needed).map_err(|problem| problem.in_whole().in_file(path))
+}
+
 /// Refuses what would need more memory than allowed.
 pub(super) fn check(needed: u64) -> Result<(), Problem> {
-    let limit = LIMIT.load(Ordering::Relaxed);
+    let limit = get();
     if needed > limit { Err(Problem::Memory { needed, limit }) } else { Ok(()) }
 }
 
 /// The bytes of a file whose size allows it.
 pub(super) fn load(path: &Path) -> Result<Vec<u8>, Error> {
     let failed = |cause| Error::Read { path: path.into(), cause };
-    let file = File::open(path).map_err(failed)?;
+    let file = pipe::open(path).map_err(failed)?;
     let metadata = file.metadata().map_err(failed)?;
     if metadata.is_dir() {
         return Err(failed(io::ErrorKind::IsADirectory.into()));

@@ -5,6 +5,8 @@
 //! neither panics, whatever the bytes are. [`write_ply`] writes results; [`atomic::write`] makes
 //! sure that a file is there completely or not at all.
 //!
+//! What is damaged without loss is repaired, and said: [`read_noted`] and [`read_scan_noted`] hand out the notes.
+//!
 //! What every reader guarantees about the [`Mesh`] it returns: at least one vertex, all
 //! coordinates finite, all corner indices in range, no triangle that names a vertex twice, and
 //! normals either absent or one a vertex, of unit length or zero where the file knows none.
@@ -18,10 +20,13 @@ mod format;
 pub mod limit;
 mod obj;
 mod pcd;
+mod pipe;
 mod ply;
 mod ply_out;
 mod stl;
+mod stranger;
 mod text;
+mod unknown;
 mod weld;
 mod xyz;
 
@@ -31,10 +36,19 @@ mod tests;
 use std::path::Path;
 
 pub use error::{Error, Fault, Place, Problem};
-pub use format::{Format, parse};
+pub use format::{Format, parse, parse_noted};
 pub use ply_out::{PlyOut, write_ply};
 
 use crate::mesh::Mesh;
+
+/// A mesh and what was repaired while it was read.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Loaded {
+    /// The mesh or cloud.
+    pub mesh: Mesh,
+    /// Sentences without a full stop.
+    pub repairs: Vec<String>,
+}
 
 /// Reads a mesh or a point cloud: PLY, OBJ, STL, PCD, or text in columns.
 ///
@@ -42,8 +56,17 @@ use crate::mesh::Mesh;
 /// [`Error::Read`] if the file cannot be read, [`Error::Content`] if it is not a complete and
 /// consistent mesh.
 pub fn read(path: &Path) -> Result<Mesh, Error> {
+    Ok(read_noted(path)?.mesh)
+}
+
+/// As [`read`], with what was repaired.
+///
+/// # Errors
+/// As for [`read`].
+pub fn read_noted(path: &Path) -> Result<Loaded, Error> {
     let bytes = load(path)?;
-    Format::detect(path, &bytes).and_then(|format| parse(format, &bytes)).map_err(|fault| fault.in_file(path))
+    let format = Format::detect(path, &bytes);
+    format.and_then(|format| parse_noted(format, &bytes)).map_err(|fault| fault.in_file(path))
 }
 
 /// Reads a scan in any form: what [`read`] takes, or depth images ([`depth::read`]), whose views
@@ -52,10 +75,18 @@ pub fn read(path: &Path) -> Result<Mesh, Error> {
 /// # Errors
 /// As for [`read`] and [`depth::read`].
 pub fn read_scan(path: &Path) -> Result<Mesh, Error> {
+    Ok(read_scan_noted(path)?.mesh)
+}
+
+/// As [`read_scan`], with what was repaired.
+///
+/// # Errors
+/// As for [`read_scan`].
+pub fn read_scan_noted(path: &Path) -> Result<Loaded, Error> {
     if depth::is_depth(path) {
         return depth::merge(&depth::read(path)?).map_err(|fault| fault.in_file(path));
     }
-    read(path)
+    read_noted(path)
 }
 
 use limit::load;

@@ -1,14 +1,15 @@
 //! Wavefront OBJ: vertices, normals and faces; everything else is skipped.
 
+use super::Loaded;
 use super::error::{Fault, Problem};
-use super::finish::{finish, is_finite, next_index};
+use super::finish::{finish, next_index};
 use super::text::{Lines, numbers, quote, small_integer, words};
 use crate::mesh::{Mesh, Point, Vector};
 
 /// Reads an OBJ file. Polygons become fans, negative indices count back from the latest vertex,
 /// a file without faces is a point cloud. Vertices keep their order, used or not, because
 /// landmarks and correspondences name them by number.
-pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
+pub(super) fn parse(bytes: &[u8]) -> Result<Loaded, Fault> {
     let mut reader = Reader::default();
     for (line, text) in Lines::new(bytes).continued() {
         reader.line = line;
@@ -45,18 +46,14 @@ struct Largest(Option<(u32, usize)>);
 
 impl Reader {
     fn vertex(&mut self, xyz: [f64; 3]) -> Result<(), Fault> {
-        let place = |problem: Problem| problem.in_line(self.line);
-        let (point, vertex) = (Point::from(xyz), next_index(&self.mesh.points).map_err(place)?);
-        if !is_finite(&point) {
-            return Err(place(Problem::NotFinite { vertex: vertex as usize }));
-        }
-        self.mesh.points.push(point);
+        next_index(&self.mesh.points).map_err(|problem| problem.in_line(self.line))?;
+        self.mesh.points.push(Point::from(xyz));
         Ok(())
     }
 
     fn face<'a>(&mut self, corners: impl Iterator<Item = &'a [u8]>) -> Result<(), Problem> {
         self.face.clear();
-        for corner in corners {
+        for corner in corners.take_while(|word| !word.starts_with(b"#")) {
             let mut parts = corner.split(|&b| b == b'/');
             let vertex = resolve(parts.next().unwrap_or_default(), self.mesh.points.len(), "vertex")?;
             self.vertex_use.note(vertex, self.line);
@@ -73,7 +70,7 @@ impl Reader {
         Ok(())
     }
 
-    fn finish(mut self) -> Result<Mesh, Fault> {
+    fn finish(mut self) -> Result<Loaded, Fault> {
         let vertices = self.mesh.points.len();
         if vertices == 0 {
             return Err(Problem::NoVertices.in_whole());
@@ -143,6 +140,10 @@ mod tests {
     use super::*;
     use crate::io::Place;
 
+    fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
+        Ok(super::parse(bytes)?.mesh)
+    }
+
     const CORNERS: &str = "v 0 0 0\nv 1 0 0 1.0\nv 1 1 0 0.5 0.5 0.5\nv 0 1 0\n";
 
     fn triangles(faces: &str) -> Vec<[u32; 3]> {
@@ -161,6 +162,7 @@ mod tests {
         assert_eq!(triangles("vt 0 0\nvn 0 0 1\nf 1/1 2/1/1 3//1"), [[0, 1, 2]]);
         assert_eq!(triangles("f -4 -3 -1"), [[0, 1, 3]]);
         assert_eq!(triangles("f 1 2 \\\r\n 3\r\n"), [[0, 1, 2]]);
+        assert_eq!(triangles("f 1 2 3 # 9\n"), [[0, 1, 2]]);
     }
 
     #[test]
@@ -204,7 +206,6 @@ mod tests {
             ("f 1 2 x", Problem::NotANumber("x".into())),
             ("f 1 2 9999999999", Problem::NotANumber("9999999999".into())),
             ("v 1 2", Problem::Columns { expected: "3", found: 2 }),
-            ("v 1 2 inf", Problem::NotFinite { vertex: 4 }),
             ("v 1 2 z", Problem::NotANumber("z".into())),
             ("f 1//1 2//1 3//1", no_such("normal", 1, 0)),
         ];

@@ -1,5 +1,6 @@
 //! STL, binary and ascii. Triangles come as loose corners and are welded.
 
+use super::Loaded;
 use super::error::{Fault, Problem};
 use super::finish::finish;
 use super::text::{Lines, numbers, quote, words};
@@ -12,7 +13,7 @@ const HEAD: usize = 84;
 const TRIANGLE: usize = 50;
 
 /// Reads an STL file; the normals in it are those of the triangles and are not kept.
-pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
+pub(super) fn parse(bytes: &[u8]) -> Result<Loaded, Fault> {
     if !is_binary(bytes) && is_ascii(bytes) { ascii(bytes) } else { binary(bytes) }
 }
 
@@ -38,58 +39,116 @@ fn count(bytes: &[u8]) -> Option<u64> {
     Some(u64::from(u32::from_le_bytes(field)))
 }
 
-fn binary(bytes: &[u8]) -> Result<Mesh, Fault> {
+fn binary(bytes: &[u8]) -> Result<Loaded, Fault> {
     let left = bytes.len() as u64;
     let short = Problem::Truncated { what: "the STL header", needed: HEAD as u64, left };
     let stated = count(bytes).ok_or_else(|| short.in_whole())?;
-    let body = &bytes[HEAD..];
-    if !is_binary(bytes) {
-        let present = (body.len() / TRIANGLE) as u64;
-        return Err(Problem::TriangleCount { stated, present }.at_byte(HEAD - 4));
+    let (records, repair) = records(stated, &bytes[HEAD..])?;
+    let mut soup = Soup::for_triangles(records.len() / TRIANGLE);
+    for (number, record) in records.chunks_exact(TRIANGLE).enumerate() {
+        soup.add(corners(record)).map_err(|problem| problem.at_byte(HEAD + TRIANGLE * number))?;
     }
-    let mut weld = Weld::for_triangles(body.len() / TRIANGLE);
-    let mut triangles = Vec::with_capacity(body.len() / TRIANGLE);
-    for (number, record) in body.chunks_exact(TRIANGLE).enumerate() {
-        let place = |problem: Problem| problem.at_byte(HEAD + TRIANGLE * number);
-        triangles.push(triangle(&mut weld, corners(record), number).map_err(place)?);
+    soup.finish(repair)
+}
+
+/// The bytes of the triangles. Where the count contradicts the length, the length holds if it is that of whole
+/// triangles (some writers put 0 or nonsense), and the count if a few bytes follow.
+fn records(stated: u64, body: &[u8]) -> Result<(&[u8], Option<String>), Fault> {
+    let (present, rest) = ((body.len() / TRIANGLE) as u64, body.len() % TRIANGLE);
+    let whole = &body[..body.len() - rest];
+    if stated == present {
+        let note = format!("{rest} bytes after the last triangle left out");
+        return Ok((whole, (rest > 0).then_some(note)));
     }
-    finish(Mesh { points: weld.points, normals: Vec::new(), triangles })
+    if rest == 0 && are_triangles(whole) {
+        let cut = if stated > present { "; is it cut off?" } else { "" };
+        let note =
+            format!("the header announces {stated} triangles, the file has {present}, all were taken{cut}");
+        return Ok((whole, Some(note)));
+    }
+    Err(Problem::TriangleCount { stated, present }.at_byte(HEAD - 4))
+}
+
+/// Whether most records have a normal of unit length or none: other bytes of a fitting length do not.
+fn are_triangles(records: &[u8]) -> bool {
+    let count = records.len() / TRIANGLE;
+    let normal = |record: &[u8]| float(record, 0).hypot(float(record, 4)).hypot(float(record, 8));
+    let usual = |record: &&[u8]| normal(record) == 0.0 || (0.9..1.1).contains(&normal(record));
+    4 * records.chunks_exact(TRIANGLE).filter(usual).count() >= 3 * count.max(1)
+}
+
+fn float(record: &[u8], at: usize) -> f64 {
+    f64::from(f32::from_le_bytes(std::array::from_fn(|i| record[at + i])))
 }
 
 /// The corners of a 50-byte record.
 fn corners(record: &[u8]) -> [[f64; 3]; 3] {
-    let float = |at: usize| f64::from(f32::from_le_bytes(std::array::from_fn(|i| record[at + i])));
-    [12, 24, 36].map(|at| [float(at), float(at + 4), float(at + 8)])
+    [12, 24, 36].map(|at| [0, 4, 8].map(|k| float(record, at + k)))
 }
 
-/// Welds one triangle; vertices are numbered three a triangle in messages, as the file has them.
-fn triangle(weld: &mut Weld, corners: [[f64; 3]; 3], number: usize) -> Result<[u32; 3], Problem> {
-    let mut indices = [0; 3];
-    for (k, corner) in corners.into_iter().enumerate() {
-        if !corner.iter().all(|value| value.is_finite()) {
-            return Err(Problem::NotFinite { vertex: 3 * number + k });
-        }
-        indices[k] = weld.add(corner)?;
+/// Loose triangles on their way to a mesh.
+struct Soup {
+    weld: Weld,
+    triangles: Vec<[u32; 3]>,
+    /// Triangles so far.
+    seen: usize,
+    /// Those with a coordinate that is not finite, and the first such corner, three a triangle.
+    unknown: usize,
+    first: Option<usize>,
+}
+
+impl Soup {
+    fn for_triangles(count: usize) -> Self {
+        let weld = Weld::for_triangles(count);
+        Self { weld, triangles: Vec::with_capacity(count), seen: 0, unknown: 0, first: None }
     }
-    Ok(indices)
+
+    fn add(&mut self, corners: [[f64; 3]; 3]) -> Result<(), Problem> {
+        let number = self.seen;
+        self.seen += 1;
+        if let Some(k) = corners.iter().position(|corner| !corner.iter().all(|value| value.is_finite())) {
+            self.unknown += 1;
+            self.first.get_or_insert(3 * number + k);
+            return Ok(());
+        }
+        let mut indices = [0; 3];
+        for (index, corner) in indices.iter_mut().zip(corners) {
+            *index = self.weld.add(corner)?;
+        }
+        self.triangles.push(indices);
+        Ok(())
+    }
+
+    /// The mesh; single triangles without finite coordinates are left out with a note, many are damage.
+    fn finish(self, repair: Option<String>) -> Result<Loaded, Fault> {
+        if let Some(vertex) = self.first.filter(|_| self.unknown * 10 > self.seen) {
+            return Err(Problem::NotFinite { vertex }.in_whole());
+        }
+        let mesh = Mesh { points: self.weld.points, normals: Vec::new(), triangles: self.triangles };
+        let mut loaded = finish(mesh)?;
+        loaded.repairs.extend(repair);
+        if self.unknown > 0 {
+            let what = if self.unknown == 1 { "1 triangle" } else { &format!("{} triangles", self.unknown) };
+            loaded.repairs.push(format!("{what} without finite coordinates left out"));
+        }
+        Ok(loaded)
+    }
 }
 
-fn ascii(bytes: &[u8]) -> Result<Mesh, Fault> {
-    let (triangles, corners) = (Vec::new(), Vec::new());
-    let mut reader = Ascii { weld: Weld::for_triangles(bytes.len() / 256), triangles, corners, open: false };
+fn ascii(bytes: &[u8]) -> Result<Loaded, Fault> {
+    let mut reader = Ascii { soup: Soup::for_triangles(bytes.len() / 256), corners: Vec::new(), open: false };
     for (line, text) in Lines::new(bytes) {
         reader.line(line, text)?;
     }
     if reader.open {
         return Err(Problem::EndsEarly("\"endsolid\"").in_whole());
     }
-    finish(Mesh { points: reader.weld.points, normals: Vec::new(), triangles: reader.triangles })
+    reader.soup.finish(None)
 }
 
 /// What has been read of the text form.
 struct Ascii {
-    weld: Weld,
-    triangles: Vec<[u32; 3]>,
+    soup: Soup,
     corners: Vec<[f64; 3]>,
     /// Between "solid" and "endsolid".
     open: bool,
@@ -115,9 +174,7 @@ impl Ascii {
         let corners = <[_; 3]>::try_from(self.corners.as_slice());
         let corners = corners.map_err(|_| Problem::Other(not_three(found)))?;
         self.corners.clear();
-        let triangle = triangle(&mut self.weld, corners, self.triangles.len())?;
-        self.triangles.push(triangle);
-        Ok(())
+        self.soup.add(corners)
     }
 }
 

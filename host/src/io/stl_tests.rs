@@ -24,6 +24,10 @@ const SQUARE: [[[f32; 3]; 3]; 2] = [
     [[1.0, 0.0, -0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]],
 ];
 
+fn mesh(bytes: &[u8]) -> Result<Mesh, Fault> {
+    Ok(parse(bytes)?.mesh)
+}
+
 fn square() -> Mesh {
     let points = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]];
     Mesh { points: points.map(Point::from).to_vec(), normals: vec![], triangles: vec![[0, 1, 2], [1, 3, 2]] }
@@ -31,32 +35,53 @@ fn square() -> Mesh {
 
 #[test]
 fn binary_corners_are_welded() {
-    assert_eq!(parse(&stl(b"made by hand", 2, &SQUARE)), Ok(square()));
+    assert_eq!(mesh(&stl(b"made by hand", 2, &SQUARE)), Ok(square()));
 }
 
 #[test]
 fn ascii_corners_are_welded() {
     assert!(is_ascii(ASCII.as_bytes()));
-    assert_eq!(parse(ASCII.as_bytes()), Ok(square()));
+    assert_eq!(mesh(ASCII.as_bytes()), Ok(square()));
 }
 
 #[test]
 fn a_binary_file_that_says_solid_is_known_by_its_length() {
-    assert_eq!(parse(&stl(b"solid\nfacet", 2, &SQUARE)), Ok(square()));
+    assert_eq!(mesh(&stl(b"solid\nfacet", 2, &SQUARE)), Ok(square()));
 }
 
 #[test]
 fn several_solids_are_one_mesh() {
     let twice = ASCII.repeat(2);
-    assert_eq!(parse(twice.as_bytes()).unwrap().triangles.len(), 4);
+    assert_eq!(parse(twice.as_bytes()).unwrap().mesh.triangles.len(), 4);
 }
 
 #[test]
-fn a_wrong_count_is_an_error_with_both_numbers() {
-    let expected = Problem::TriangleCount { stated: 7, present: 2 };
-    assert_eq!(parse(&stl(b"solid cube", 7, &SQUARE)), Err(expected.clone().at_byte(80)));
+fn a_wrong_count_is_repaired_where_the_length_is_that_of_triangles() {
+    for stated in [0, 1, 7, u32::MAX] {
+        let loaded = parse(&stl(b"solid cube", stated, &SQUARE)).unwrap();
+        assert_eq!(loaded.mesh, square());
+        assert!(loaded.repairs[0].contains(&format!("announces {stated} triangles, the file has 2")));
+    }
+    let loaded = parse(&[&stl(b"x", 2, &SQUARE)[..], b"\n"].concat()).unwrap();
+    assert_eq!(
+        (loaded.mesh, loaded.repairs[0].as_str()),
+        (square(), "1 bytes after the last triangle left out")
+    );
+}
+
+#[test]
+fn text_of_a_fitting_length_is_no_triangles() {
+    let text = b"Dear all, the meeting is at noon. ".repeat(40);
+    let wrong = parse(&text[..184]).unwrap_err().problem;
+    assert!(matches!(wrong, Problem::TriangleCount { present: 2, .. }), "{wrong}");
+}
+
+#[test]
+fn a_wrong_count_of_a_broken_length_is_an_error_with_both_numbers() {
+    let expected = Problem::TriangleCount { stated: 7, present: 1 };
+    assert_eq!(parse(&stl(b"cube", 7, &SQUARE)[..180]), Err(expected.clone().at_byte(80)));
     let text = expected.to_string();
-    assert!(text.contains("7 triangles") && text.contains("that of 2"), "{text}");
+    assert!(text.contains("7 triangles") && text.contains("that of 1"), "{text}");
 }
 
 #[test]
@@ -75,9 +100,13 @@ fn no_triangles_are_no_vertices() {
 fn non_finite_corners_are_named() {
     let mut bad = SQUARE;
     bad[1][2][0] = f32::NAN;
-    assert_eq!(parse(&stl(b"x", 2, &bad)), Err(Problem::NotFinite { vertex: 5 }.at_byte(134)));
+    assert_eq!(parse(&stl(b"x", 2, &bad)), Err(Problem::NotFinite { vertex: 5 }.in_whole()));
     let text = ASCII.replace("1e0", "inf");
-    assert_eq!(parse(text.as_bytes()), Err(Problem::NotFinite { vertex: 4 }.in_line(14)));
+    assert_eq!(parse(text.as_bytes()), Err(Problem::NotFinite { vertex: 4 }.in_whole()));
+    let many: Vec<_> = std::iter::repeat_n(SQUARE[0], 19).chain([bad[1]]).collect();
+    let loaded = parse(&stl(b"x", 20, &many)).unwrap();
+    assert_eq!(loaded.mesh.triangles.len(), 19);
+    assert_eq!(loaded.repairs, ["1 triangle without finite coordinates left out"]);
 }
 
 #[test]

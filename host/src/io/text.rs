@@ -12,8 +12,7 @@ pub(super) struct Lines<'a> {
 impl<'a> Lines<'a> {
     /// The lines of `bytes`, a byte order mark at their head left out.
     pub fn new(bytes: &'a [u8]) -> Self {
-        let rest = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
-        Self { rest, number: 0, continued: false }
+        Self { rest: without_mark(bytes), number: 0, continued: false }
     }
 
     /// A backslash at the end of a line joins it with the next one.
@@ -47,6 +46,11 @@ impl<'a> Iterator for Lines<'a> {
         self.rest = &self.rest[next..];
         Some((number, line))
     }
+}
+
+/// The bytes after a byte order mark, if there is one.
+pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)
 }
 
 /// The words of a line; the backslash of a continued line is none.

@@ -1,7 +1,10 @@
 //! Point clouds as text: one point a line, `x y z` or `x y z nx ny nz`, between blanks, commas or semicolons.
+//!
+//! A comma is a decimal mark where something else separates the numbers: `0,5;1,5;2,5` and `0,5 1,5 2,5`.
 
+use super::Loaded;
 use super::error::{Fault, Problem};
-use super::finish::{finish, is_finite};
+use super::finish::finish;
 use super::format::is_remark;
 use super::text::{Lines, number};
 use crate::mesh::{Mesh, Point, Vector};
@@ -9,20 +12,21 @@ use crate::mesh::{Mesh, Point, Vector};
 /// Reads a point cloud. Blank lines and remarks (`#`, `//`) are skipped; all other lines must
 /// have as many columns as the first. Six columns whose last three are whole numbers from 0 to
 /// 255 are read as a coloured cloud without normals.
-pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
+pub(super) fn parse(bytes: &[u8]) -> Result<Loaded, Fault> {
     let mut mesh = Mesh::default();
     let mut columns = None;
     let mut lines = Lines::new(bytes).filter(|(_, text)| !is_remark(text)).peekable();
     // A first line that is all words names the columns.
     lines.next_if(|(_, text)| values(text).all(is_heading));
     for (line, text) in lines {
-        let (row, found) = row(text).map_err(|problem| problem.in_line(line))?;
+        let marked = Marked::new(text);
+        let (row, found) = row(marked.text()).map_err(|problem| problem.in_line(line))?;
         let expected = *columns.get_or_insert(found);
         if found != expected {
             let expected = if expected == 3 { "3" } else { "6" };
             return Err(Problem::Columns { expected, found }.in_line(line));
         }
-        push(&mut mesh, row, found).map_err(|problem| problem.in_line(line))?;
+        push(&mut mesh, row, found);
     }
     if are_colours(&mesh.normals) {
         mesh.normals.clear();
@@ -34,6 +38,43 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
 pub(super) fn values(line: &[u8]) -> impl Iterator<Item = &[u8]> + Clone {
     let end = line.iter().position(|&b| b == b'#').unwrap_or(line.len());
     line[..end].split(|b| b.is_ascii_whitespace() || *b == b',' || *b == b';').filter(|word| !word.is_empty())
+}
+
+/// A line whose decimal marks are points.
+enum Marked<'a> {
+    Plain(&'a [u8]),
+    Comma(Vec<u8>),
+}
+
+impl<'a> Marked<'a> {
+    /// Commas are decimal marks if every one stands between two digits of a word, one a word, and there are
+    /// three words at least.
+    fn new(line: &'a [u8]) -> Self {
+        if !line.contains(&b',') {
+            return Self::Plain(line);
+        }
+        let words = line.split(|b| b.is_ascii_whitespace() || *b == b';').filter(|word| !word.is_empty());
+        let is_decimal = |word: &[u8]| {
+            let mut parts = word.split(|&b| b == b',');
+            let digit = |b: Option<&u8>| b.is_some_and(u8::is_ascii_digit);
+            match (parts.next(), parts.next(), parts.next()) {
+                (Some(_), None, None) => true,
+                (Some(whole), Some(rest), None) => digit(whole.last()) && digit(rest.first()),
+                _ => false,
+            }
+        };
+        if words.clone().count() < 3 || !words.clone().all(is_decimal) {
+            return Self::Plain(line);
+        }
+        Self::Comma(line.iter().map(|&b| if b == b',' { b'.' } else { b }).collect())
+    }
+
+    fn text(&self) -> &[u8] {
+        match self {
+            Self::Plain(text) => text,
+            Self::Comma(text) => text,
+        }
+    }
 }
 
 fn is_heading(word: &[u8]) -> bool {
@@ -56,17 +97,12 @@ fn row(text: &[u8]) -> Result<([f64; 6], usize), Problem> {
     }
 }
 
-fn push(mesh: &mut Mesh, row: [f64; 6], columns: usize) -> Result<(), Problem> {
+fn push(mesh: &mut Mesh, row: [f64; 6], columns: usize) {
     let [x, y, z, nx, ny, nz] = row;
-    let point = Point::new(x, y, z);
-    if !is_finite(&point) {
-        return Err(Problem::NotFinite { vertex: mesh.points.len() });
-    }
-    mesh.points.push(point);
+    mesh.points.push(Point::new(x, y, z));
     if columns == 6 {
         mesh.normals.push(Vector::new(nx, ny, nz));
     }
-    Ok(())
 }
 
 /// Whether "normals" are red, green and blue: whole numbers up to 255, not all 0 or 1.
@@ -79,6 +115,10 @@ fn are_colours(normals: &[Vector]) -> bool {
 mod tests {
     use super::*;
     use crate::io::Place;
+
+    fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
+        Ok(super::parse(bytes)?.mesh)
+    }
 
     #[test]
     fn three_columns_are_points() {
@@ -100,18 +140,26 @@ mod tests {
     }
 
     #[test]
+    fn decimal_commas_are_no_separators() {
+        let points = [Point::new(0.5, -1.5, 2.0), Point::new(3.0, 4.25, 5.0)];
+        assert_eq!(parse(b"0,5;-1,5;2\n3;4,25;5\n").unwrap().points, points);
+        assert_eq!(parse(b"0,5 -1,5\t2,0\n3 4,25 5\n").unwrap().points, points);
+        assert_eq!(parse(b"0.5,-1.5,2\n3, 4.25, 5\n").unwrap().points, points);
+        assert_eq!(parse(b"1, 2, 3\n4 ,5 ,6\n").unwrap().points.len(), 2);
+    }
+
+    #[test]
     fn colours_are_not_taken_for_normals() {
         assert!(parse(b"1 2 3 255 128 0\n4 5 6 0 0 1").unwrap().normals.is_empty());
     }
 
     #[test]
     fn errors_name_the_line() {
-        let cases: [(&[u8], usize, Problem); 5] = [
+        let cases: [(&[u8], usize, Problem); 4] = [
             (b"1 2 3\n4 5", 2, Problem::Columns { expected: "3 or 6", found: 2 }),
             (b"1 2 3\n1 2 3 0 0 1", 2, Problem::Columns { expected: "3", found: 6 }),
             (b"1 2 3\n1 y 3", 2, Problem::NotANumber("y".into())),
             (b"1 2 3 4 5 6 7 8", 1, Problem::Columns { expected: "3 or 6", found: 8 }),
-            (b"\n1 2 3\n1 nan 3", 3, Problem::NotFinite { vertex: 1 }),
         ];
         for (text, line, problem) in cases {
             assert_eq!(parse(text), Err(Fault { place: Place::Line(line), problem }));

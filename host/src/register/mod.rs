@@ -7,6 +7,7 @@ pub mod field;
 pub mod icp;
 pub mod pairs;
 pub mod search;
+pub mod spread;
 
 use crate::check::size;
 use crate::mesh::{Mesh, Point, Vector};

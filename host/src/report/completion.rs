@@ -179,7 +179,7 @@ fn verdict(completion: &Completion, unit: &str) -> String {
                 "left out",
                 format!(
                     "{} of the scan, and {} triangles of specks",
-                    percent(v.clutter_share),
+                    percent(completion.clutter.area_share),
                     completion.specks
                 ),
             ),

@@ -102,6 +102,20 @@ pub fn align(
     Ok(Aligned { shapes: moved, motions, moved: true })
 }
 
+/// Shapes that do not lie where the first one does, and the share of the points that found a partner.
+///
+/// # Errors
+/// A shape without area.
+pub fn elsewhere(shapes: &[Mesh]) -> Result<Vec<(usize, f64)>, Error> {
+    let sides = sides(shapes)?;
+    let [first, others @ ..] = sides.as_slice() else { return Ok(vec![]) };
+    let size = shapes[0].bounds().map_or(1.0, |(low, high)| (high - low).max());
+    let here: Vec<Outcome> =
+        others.par_iter().map(|side| icp(side, first, Similarity3::identity(), 1, size)).collect();
+    let found = here.iter().enumerate().filter(|(_, outcome)| !together(outcome, size));
+    Ok(found.map(|(i, outcome)| (i + 1, outcome.overlap)).collect())
+}
+
 fn sides(shapes: &[Mesh]) -> Result<Vec<Side>, Error> {
     let side = |(number, mesh): (usize, &Mesh)| {
         let surface = Surface::new(mesh).ok_or(Error::NoSurface(number))?;
@@ -117,7 +131,10 @@ fn even(mesh: &Mesh, count: f64) -> crate::points::OrientedPoints {
 }
 
 fn in_one_pose(side: &Side, first: &Side, size: f64) -> bool {
-    let here = icp(side, first, Similarity3::identity(), 1, size);
+    together(&icp(side, first, Similarity3::identity(), 1, size), size)
+}
+
+fn together(here: &Outcome, size: f64) -> bool {
     here.median < SAME_POSE.0 * size && here.overlap > SAME_POSE.1
 }
 

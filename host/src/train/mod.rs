@@ -3,6 +3,7 @@
 pub mod align;
 pub mod calibration;
 pub mod distance;
+pub mod grid;
 pub mod held_out;
 pub mod leave_one_out;
 pub mod line_of_sight;
@@ -16,6 +17,7 @@ pub mod volume;
 
 use crate::mesh::{Mesh, Point, Vector};
 use distance::Surface;
+use grid::Budget;
 use lacuna::format::{Header, Scales, Unit};
 use model_file::Draft;
 use prepared::Prepared;
@@ -66,6 +68,8 @@ pub struct Settings {
     pub border_share: f64,
     /// Whether the class is symmetric about a plane, to be found.
     pub symmetric: bool,
+    /// Bytes of memory that the volumes may take.
+    pub memory: u64,
 }
 
 impl Default for Settings {
@@ -81,6 +85,7 @@ impl Default for Settings {
             distances: Distances::Exact,
             border_share: 0.75,
             symmetric: false,
+            memory: u64::MAX,
         }
     }
 }
@@ -99,13 +104,29 @@ pub enum Error {
     NoVariation,
     /// A grid that is too large.
     #[error(
-        "a voxel of {spacing} makes a grid of {sides:?} voxels, over 1024 a side: choose a larger --spacing"
+        "a voxel of {spacing} makes a grid of {voxels:.0} voxels a side, over 1024: choose a larger --spacing"
     )]
     TooFine {
         /// The voxel edge asked for.
         spacing: f64,
-        /// The grid it makes.
-        sides: [usize; 3],
+        /// Voxels along the longest side, without the margin.
+        voxels: f64,
+    },
+    /// A voxel edge that single precision cannot hold.
+    #[error("a voxel of {0:e} is no usable length: choose a --spacing in the unit of the meshes")]
+    Spacing(f64),
+    /// More memory than allowed.
+    #[error(
+        "the volumes of {shapes} shapes may need {needed} bytes of memory, --max-memory allows {limit}: choose a \
+         larger --spacing, use fewer shapes, or allow more"
+    )]
+    Memory {
+        /// Bytes they may need.
+        needed: u64,
+        /// Bytes allowed.
+        limit: u64,
+        /// Number of shapes.
+        shapes: u64,
     },
     /// Nothing common to the shapes.
     #[error(
@@ -188,24 +209,18 @@ impl Plan {
         }
         let millimetre = class_millimetre(shapes);
         let (low, high) = bounds(shapes);
-        let size = (high - low).max();
-        let spacing = settings.spacing.unwrap_or_else(|| usual_spacing(millimetre, size));
-        let stride = settings.stride.unwrap_or(((10.0 * millimetre / spacing).round() as u8).clamp(1, 4));
-        let brick = if stride == 3 { 6 } else { 8 };
+        grid::check(shapes, settings)?;
+        let (spacing, stride, brick) = grid::voxel(shapes, settings);
         let [behind, front] = settings.band.map(|b| b * millimetre);
         let band = Band { behind, front, spread: settings.spread, least: LEAST_VOXELS * spacing };
 
         let margin = behind.max(front) + 12.0 * millimetre + 3.0 * spacing;
-        let sides: [usize; 3] = std::array::from_fn(|axis| {
-            let voxels = ((high[axis] - low[axis] + 2.0 * margin) / spacing).ceil() as usize + 1;
-            voxels.div_ceil(brick) * brick
-        });
-        if sides.iter().any(|&side| side > usize::from(lacuna::grid::MAX_SIDE)) {
-            return Err(Error::TooFine { spacing, sides });
-        }
+        let sides = grid::sides((high - low).add_scalar(2.0 * margin).into(), spacing, brick)?;
         let lattice = Lattice { origin: low - Vector::repeat(margin), spacing, sides };
         let all: Vec<&Surface> = surfaces.iter().collect();
-        let coarse = coarse(&all, &lattice.coarse(brick / FAR_PER_BRICK));
+        let nodes = lattice.coarse(brick / FAR_PER_BRICK);
+        Budget::new(shapes, settings).check_nodes(nodes.len())?;
+        let coarse = coarse(&all, &nodes);
         let border_share = settings.border_share;
         let distances = settings.distances;
         let symmetry = settings.symmetric.then(|| symmetry::find(shapes, &surfaces)).transpose()?;

@@ -1,7 +1,8 @@
 //! Shapes whose distances are measured: models of all of them, or of some, without measuring again.
 
+use super::grid::Budget;
 use super::volume::{Lattice, Volume};
-use super::{Error, Plan, Settings, pca};
+use super::{Distances, Error, Plan, Settings, pca};
 use crate::mesh::Mesh;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -32,6 +33,8 @@ impl Prepared {
         }
         let plan = Plan::new(shapes, settings)?;
         let places = plan.candidates(margin);
+        let sight = if plan.distances == Distances::Sight { plan.lattice.len() } else { 0 };
+        Budget::new(shapes, settings).check_voxels(places.len(), sight)?;
         let total = shapes.len() as u64;
         let done = AtomicU64::new(0);
         let volumes = plan

@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::Matrix4;
 
+use super::Loaded;
 use super::error::{Error, Fault, Problem};
 use super::finish::finish;
 use crate::mesh::{Mesh, Point};
@@ -129,7 +130,7 @@ fn load_view(folder: &Path, description: &Description, view: &View) -> Result<De
 ///
 /// # Errors
 /// If there is not a single triangle.
-pub fn merge(views: &[DepthView]) -> Result<Mesh, Fault> {
+pub fn merge(views: &[DepthView]) -> Result<Loaded, Fault> {
     const JUMP_PIXELS: f64 = 12.0;
     let mut all = Mesh::default();
     for view in views {

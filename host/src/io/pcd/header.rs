@@ -142,6 +142,9 @@ impl<'a> Draft<'a> {
         for (number, name) in self.fields.iter().enumerate() {
             let kind = kind(self.types[number], self.sizes[number])?;
             let repeats = self.counts.get(number).map_or(Ok(1), |word| integer(word))?;
+            if repeats == 0 {
+                return Err(say(format!("the field {:?} has the COUNT 0", quote(name))));
+            }
             let bytes = integer(self.sizes[number])?.saturating_mul(repeats);
             let column = Column { kind, number: header.columns, offset: header.stride, bytes };
             header.fields.push((String::from_utf8_lossy(name).into_owned(), column));

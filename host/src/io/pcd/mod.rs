@@ -7,6 +7,7 @@ mod header;
 mod lzf;
 
 use self::header::{Column, Data, Header, Kind};
+use super::Loaded;
 use super::error::{Fault, Problem};
 use super::finish::{finish, is_finite};
 use super::text::{Lines, number, words};
@@ -18,7 +19,7 @@ pub(super) fn is_pcd(bytes: &[u8]) -> bool {
 }
 
 /// Reads a PCD file: x, y, z and, if there are, normal_x, normal_y, normal_z.
-pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
+pub(super) fn parse(bytes: &[u8]) -> Result<Loaded, Fault> {
     let header = Header::parse(bytes)?;
     let (position, normal) =
         (header.triple(["x", "y", "z"]), header.triple(["normal_x", "normal_y", "normal_z"]));

@@ -1,5 +1,9 @@
 use super::*;
 
+fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
+    Ok(super::parse(bytes)?.mesh)
+}
+
 fn header(fields: &str, sizes: &str, types: &str, points: usize, data: &str) -> String {
     format!(
         "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS {fields}\nSIZE {sizes}\nTYPE {types}\n\

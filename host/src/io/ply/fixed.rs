@@ -18,7 +18,7 @@ pub(super) fn stride(element: &Element) -> Option<usize> {
 
 /// The column called `name` of an element without lists.
 pub(super) fn column(element: &Element, name: &str) -> Option<Column> {
-    let number = element.properties.iter().position(|property| property.name == name)?;
+    let number = element.properties.iter().position(|property| property.name.eq_ignore_ascii_case(name))?;
     let offset = element.properties[..number].iter().map(|property| property.kind.size()).sum();
     Some(Column { kind: element.properties[number].kind, offset })
 }

@@ -47,10 +47,10 @@ impl Header {
     /// Reads the header at the head of a file.
     pub fn parse(bytes: &[u8]) -> Result<Self, Fault> {
         let mut cursor = Cursor { bytes, at: 0, lines: 0, only_cr: false };
-        if cursor.line() != Some(b"ply") {
+        if cursor.line().is_none_or(|line| line.trim_ascii_end() != b"ply") {
             return Err(say("the first line is not \"ply\"; this is another format").in_line(1));
         }
-        cursor.only_cr = bytes.get(3) == Some(&b'\r') && bytes.get(4) != Some(&b'\n');
+        cursor.only_cr = bytes[..cursor.at].ends_with(b"\r");
         let mut draft = Draft::default();
         loop {
             let line = cursor.line().ok_or(Problem::EndsEarly("\"end_header\"").in_whole())?;

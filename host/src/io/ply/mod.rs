@@ -17,12 +17,22 @@ mod vertices;
 use self::header::{Encoding, Header};
 use self::scalar::Endian;
 use self::source::{Ascii, Binary, Source};
+use super::Loaded;
 use super::error::{Fault, Problem};
 use super::finish::finish;
+use super::text::without_mark;
 use crate::mesh::Mesh;
 
+/// Whether this begins like a PLY file.
+pub(super) fn is_ply(bytes: &[u8]) -> bool {
+    let rest = without_mark(bytes).strip_prefix(b"ply").unwrap_or_default();
+    let end = rest.iter().position(|b| !matches!(b, b' ' | b'\t'));
+    end.is_some_and(|end| matches!(rest[end], b'\n' | b'\r'))
+}
+
 /// Reads a PLY file.
-pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
+pub(super) fn parse(bytes: &[u8]) -> Result<Loaded, Fault> {
+    let bytes = without_mark(bytes);
     let header = Header::parse(bytes)?;
     let at = header.length;
     match header.encoding {
@@ -32,7 +42,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
     }
 }
 
-fn body<'a>(header: &Header, mut source: impl Source<'a>) -> Result<Mesh, Fault> {
+fn body<'a>(header: &Header, mut source: impl Source<'a>) -> Result<Loaded, Fault> {
     let count = header.vertices().ok_or(Problem::NoVertices.in_whole())?;
     let mut mesh = Mesh::default();
     for element in &header.elements {

@@ -1,7 +1,7 @@
 //! The vertices of a PLY file.
 
 use super::fixed;
-use super::header::Element;
+use super::header::{Element, Property};
 use super::rows;
 use super::source::Source;
 use crate::io::error::{Fault, Problem};
@@ -17,7 +17,8 @@ pub(super) fn read<'a>(
     mesh: &mut Mesh,
 ) -> Result<(), Fault> {
     let numbers = |names: [&str; 3]| {
-        let number = |name| element.properties.iter().position(|p| p.name == name && p.length_kind.is_none());
+        let is = |p: &Property, name: &str| p.length_kind.is_none() && p.name.eq_ignore_ascii_case(name);
+        let number = |name: &str| element.properties.iter().position(|p| is(p, name));
         Some([number(names[0])?, number(names[1])?, number(names[2])?])
     };
     let position = numbers(POSITION).ok_or_else(|| no_position().in_whole())?;

@@ -1,0 +1,92 @@
+//! Training shapes and targets, as `train` and `evaluate` take them: read, checked for themselves and together.
+
+use super::Failure;
+use crate::check::training;
+use crate::io::{self, Loaded, limit};
+use crate::mesh::Mesh;
+use crate::train::{self, align, grid};
+use lacuna::format::Unit;
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+
+/// Meshes that can be used.
+pub(super) struct Shapes {
+    /// Their files.
+    pub paths: Vec<PathBuf>,
+    /// Checked and repaired.
+    pub meshes: Vec<Mesh>,
+    /// What was found, with the file's name.
+    pub notes: Vec<String>,
+}
+
+/// Reads a training set and refuses what cannot be trained on, in any spacing or in this one.
+pub(super) fn training_set(inputs: &[PathBuf], settings: &train::Settings) -> Result<Shapes, Failure> {
+    let (paths, loaded) = read(inputs)?;
+    let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+    let set = training::set(loaded, &names, settings.unit)?;
+    let notes = set.findings.iter().map(|(number, text)| format!("{}: {text}", names[*number])).collect();
+    let (numbers, meshes): (Vec<usize>, Vec<Mesh>) = set.shapes.into_iter().unzip();
+    grid::check(&meshes, settings)?;
+    Ok(Shapes { paths: numbers.iter().map(|&number| paths[number].clone()).collect(), meshes, notes })
+}
+
+/// Reads complete meshes that a model of the `shapes` is to approximate.
+pub(super) fn targets(inputs: &[PathBuf], shapes: &[Mesh], unit: Unit) -> Result<Shapes, Failure> {
+    let (paths, loaded) = read(inputs)?;
+    let mut found = Shapes { paths, meshes: Vec::new(), notes: Vec::new() };
+    for (path, target) in found.paths.iter().zip(loaded) {
+        let name = path.display();
+        let checked = training::target(target, shapes, unit).usable();
+        let (mesh, notes) = checked.map_err(|refused| format!("{name}: {refused}"))?;
+        found.meshes.push(mesh);
+        found.notes.extend(notes.iter().map(|note| format!("{name}: {note}")));
+    }
+    Ok(found)
+}
+
+/// A sentence for every shape that does not lie where the first one does, although they are trained on together.
+pub(super) fn strangers(meshes: &[Mesh], paths: &[PathBuf]) -> Result<Vec<String>, Failure> {
+    let tell = |(number, overlap): (usize, f64)| {
+        let name = paths.get(number).map_or("?".into(), |path| path.display().to_string());
+        format!(
+            "{name}: only {:.0} % of it and the first shape lie together: is it of the same class, and in one pose \
+             (--align)?",
+            100.0 * overlap
+        )
+    };
+    Ok(align::elsewhere(meshes)?.into_iter().map(tell).collect())
+}
+
+fn read(inputs: &[PathBuf]) -> Result<(Vec<PathBuf>, Vec<Loaded>), Failure> {
+    let paths = expand(inputs)?;
+    limit::check_all(&paths)?;
+    let loaded = paths.par_iter().map(|path| io::read_noted(path)).collect::<Result<_, _>>()?;
+    Ok((paths, loaded))
+}
+
+/// Files, and the meshes in folders, in the order of their names.
+fn expand(inputs: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
+    let mut paths = Vec::new();
+    for input in inputs {
+        if !input.is_dir() {
+            paths.push(input.clone());
+            continue;
+        }
+        let mut found = meshes_in(input)
+            .map_err(|error| format!("cannot read the folder {}: {error}", input.display()))?;
+        if found.is_empty() {
+            return Err(format!("the folder {} holds no meshes (ply, obj, stl)", input.display()).into());
+        }
+        found.sort();
+        paths.extend(found);
+    }
+    Ok(paths)
+}
+
+fn meshes_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
+    let is_mesh = |path: &PathBuf| {
+        let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        matches!(ending.as_deref(), Some("ply" | "obj" | "stl"))
+    };
+    Ok(std::fs::read_dir(folder)?.flatten().map(|entry| entry.path()).filter(is_mesh).collect())
+}
