@@ -36,7 +36,12 @@ impl Way {
 }
 
 /// The scan in its new place, and the motion back. `truth` is its place in the model's voxels before.
-pub fn moved(scan: &Mesh, way: &Way, truth: &Similarity3<f64>, model: &Model<'_>) -> (Mesh, Similarity3<f64>) {
+pub fn moved(
+    scan: &Mesh,
+    way: &Way,
+    truth: &Similarity3<f64>,
+    model: &Model<'_>,
+) -> (Mesh, Similarity3<f64>) {
     let spacing = f64::from(model.header().spacing);
     let scale = way.size * truth.scaling() * spacing;
     let shift = way.shift * spacing * longest(model) * way.size;
@@ -81,11 +86,17 @@ impl Difference {
         }
     }
 
-    /// Whether both are the same optimum: another one is twenty degrees away, thinning and noise move it by less
-    /// than two.
+    /// Whether both are the same optimum: the next one is more than ten degrees or fifteen millimetres away.
     pub fn same(&self) -> bool {
-        self.degrees < 3.0 && self.growth.abs() < 0.03 && self.millimetres < 5.0
+        self.degrees < 3.0 && self.millimetres < 5.0
     }
+}
+
+/// The frame of the training shapes comes before the model's voxels.
+pub fn to_voxels(model: &Model<'_>, to_shapes: &Similarity3<f64>) -> Similarity3<f64> {
+    let header = model.header();
+    let origin = Translation3::from(-Vector::from(header.origin.map(f64::from)));
+    Similarity3::from_scaling(1.0 / f64::from(header.spacing)) * origin * to_shapes
 }
 
 /// A pose as a similarity to voxels.
@@ -102,7 +113,10 @@ pub fn similarity_of(placed: &Placed) -> Similarity3<f64> {
 pub fn placed(to_voxels: &Similarity3<f64>) -> Placed {
     let centre = to_voxels.inverse() * Point::origin();
     let rotation = to_voxels.isometry.rotation.to_rotation_matrix().matrix().transpose().map(|c| c as f32);
-    Placed { centre, pose: Pose { rotation: rotation.into(), scale: to_voxels.scaling() as f32, translation: [0.0; 3] } }
+    Placed {
+        centre,
+        pose: Pose { rotation: rotation.into(), scale: to_voxels.scaling() as f32, translation: [0.0; 3] },
+    }
 }
 
 /// Time that all threads of this process have run, seconds; 0 where the system does not tell.
@@ -113,4 +127,17 @@ pub fn cpu_seconds() -> f64 {
         text.split(' ').next()?.parse::<f64>().ok()
     };
     tasks.filter_map(run).sum::<f64>() / 1e9
+}
+
+/// Degrees and share of scale by which each motion differs from what all have in common.
+pub fn deviations(motions: &[Similarity3<f64>]) -> Vec<(f64, f64)> {
+    let rotation = |m: &Similarity3<f64>| m.isometry.rotation.to_rotation_matrix().into_inner();
+    let svd = motions.iter().map(rotation).sum::<nalgebra::Matrix3<f64>>().svd(true, true);
+    let mean = svd.u.expect("asked for") * svd.v_t.expect("asked for");
+    let mean = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix(&mean));
+    let growth = motions.iter().map(|m| m.scaling().ln()).sum::<f64>() / motions.len() as f64;
+    let deviation = |m: &Similarity3<f64>| {
+        ((mean.inverse() * m.isometry.rotation).angle().to_degrees(), (m.scaling().ln() - growth).exp() - 1.0)
+    };
+    motions.iter().map(deviation).collect()
 }
