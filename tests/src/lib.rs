@@ -8,11 +8,13 @@ pub mod fuzz;
 pub mod line;
 pub mod nasty;
 pub mod program;
+pub mod registration;
 pub mod rubbish;
 pub mod sample;
 pub mod seam;
 pub mod small;
 pub mod tcp_device;
+pub mod trained;
 
 use lacuna::{Model, Pose, Schedule, schedule};
 use lacuna_host::points::{OrientedPoints, thin};

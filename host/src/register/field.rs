@@ -1,25 +1,41 @@
-//! What a scan is registered to: signed distances on a grid and oriented points of the surface, in voxels.
+//! What a scan is registered to: signed distances and directions on a coarse grid, and oriented points of the
+//! surface, in voxels.
 
 use crate::mesh::{Point, Vector};
 use crate::points::{OrientedPoints, thin};
 use crate::surface::{Volume, marching_cubes};
 use crate::train::distance::Surface;
 use crate::train::volume::{Lattice, sample};
-use lacuna::Model;
+use lacuna::{Model, sample::far};
 
 /// Distances and points of the shape that is looked for.
 pub struct Field {
     sides: [usize; 3],
-    /// Signed distances in voxels, NaN where unknown or beyond the rim.
-    distances: Vec<f32>,
+    /// Edge of a cell, voxels.
+    edge: f32,
+    cells: Vec<Cell>,
     /// Points on the surface, voxels.
     pub samples: OrientedPoints,
     /// Longest side of the surface's bounds, voxels.
     pub size: f64,
+    /// One class millimetre, voxels.
+    pub millimetre: f64,
 }
 
+/// Signed distance at a cell's centre in voxels, NaN where unknown, and the unit direction in which it grows.
+#[derive(Clone, Copy)]
+struct Cell {
+    distance: f32,
+    normal: [f32; 3],
+}
+
+/// Voxels from cell to cell in a model's grid: 6.6 mm of a face.
+const STRIDE: usize = 2;
+/// Class millimetres between the surface's points.
+const SAMPLE: f64 = 13.0;
+
 impl Field {
-    /// The mean shape of a model.
+    /// The mean shape of a model: its stored voxels, and its far field around them.
     pub fn of_model(model: &Model<'_>) -> Self {
         let mut means = vec![0i16; model.voxels()];
         for brick in model.bricks() {
@@ -27,11 +43,24 @@ impl Field {
                 means[brick.first + voxel] = brick.mean(voxel);
             }
         }
-        Self::new(model.grid().sides().map(usize::from), crate::fit::dense(model, &means))
+        let fine = crate::fit::dense(model, &means);
+        let dims = model.grid().sides().map(usize::from);
+        let sides = dims.map(|side| side.div_ceil(STRIDE));
+        let values = positions(sides).map(|at| {
+            let [x, y, z] = at.map(|i| i * STRIDE);
+            let near = fine[(z * dims[1] + y) * dims[0] + x];
+            let around =
+                || far(model, [x, y, z].map(|i| i as f32)).map_or(f32::NAN, |(distance, _)| distance);
+            if near.is_nan() { around() } else { near }
+        });
+        let (samples, size) = on_surface(dims, &fine, f64::from(model.header().scales.millimetre));
+        let cells = cells(sides, &values.collect::<Vec<_>>());
+        let millimetre = f64::from(model.header().scales.millimetre);
+        Self { sides, edge: STRIDE as f32, cells, samples, size, millimetre }
     }
 
-    /// A mesh, and the transform from its frame to voxels: (scale, translation).
-    pub fn of_surface(surface: &Surface, low: Point, high: Point) -> (Self, f64, Vector) {
+    /// A mesh of the given area, and the transform from its frame to voxels: (scale, translation).
+    pub fn of_surface(surface: &Surface, low: Point, high: Point, area: f64) -> (Self, f64, Vector) {
         let spacing = (high - low).max() / 48.0;
         let margin = 4.0 * spacing;
         let sides = (high - low).map(|length| ((length + 2.0 * margin) / spacing).ceil() as usize + 1).into();
@@ -39,40 +68,60 @@ impl Field {
         let places: Vec<u32> = (0..lattice.len() as u32).collect();
         let volume = sample(surface, &lattice, &places);
         let known = |(&d, &border): (&f32, &bool)| if border { f32::NAN } else { d / spacing as f32 };
-        let distances = volume.distances.iter().zip(&volume.border).map(known).collect();
-        (Self::new(sides, distances), 1.0 / spacing, -lattice.origin.coords / spacing)
+        let values: Vec<f32> = volume.distances.iter().zip(&volume.border).map(known).collect();
+        let millimetre = area.sqrt() / 280.0 / spacing;
+        let (samples, size) = on_surface(sides, &values, millimetre);
+        let field = Self { sides, edge: 1.0, cells: cells(sides, &values), samples, size, millimetre };
+        (field, 1.0 / spacing, -lattice.origin.coords / spacing)
     }
 
-    fn new(sides: [usize; 3], distances: Vec<f32>) -> Self {
-        let mesh = marching_cubes(&Volume { dims: sides, values: &distances }, &Point::origin(), 1.0);
-        let size = mesh.bounds().map_or(1.0, |(low, high)| (high - low).max());
-        let samples = thin(&mesh, size / 22.0);
-        Self { sides, distances, samples, size }
-    }
-
-    /// Distance at the nearest voxel, NaN where unknown.
-    pub fn distance(&self, p: &Point) -> f32 {
-        self.voxel(p).map_or(f32::NAN, |index| self.distances[index])
-    }
-
-    fn voxel(&self, p: &Point) -> Option<usize> {
+    /// Distance and unit direction of the surface at `p`, to first order from the nearest cell; `None` where unknown.
+    #[inline]
+    pub fn at(&self, p: [f32; 3]) -> Option<(f32, [f32; 3])> {
+        let [x, y, z] = p.map(|c| c / self.edge);
         let [width, height, depth] = self.sides;
-        let at = |x: f64, side: usize| (x > -0.5 && x < side as f64 - 0.5).then_some((x + 0.5) as usize);
-        Some((at(p.z, depth)? * height + at(p.y, height)?) * width + at(p.x, width)?)
-    }
-
-    /// Whether an oriented point lies within `reach` of the surface and faces its way.
-    pub fn agrees(&self, p: &Point, normal: &Vector, reach: f32) -> bool {
-        let distance = self.distance(p);
-        if distance.is_nan() || distance.abs() > reach {
-            return false;
+        let near = |x: f32, side: usize| (x > -0.5 && x < side as f32 - 0.5).then_some((x + 0.5) as usize);
+        let (i, j, k) = (near(x, width)?, near(y, height)?, near(z, depth)?);
+        let Cell { distance, normal: [a, b, c] } = self.cells[(k * height + j) * width + i];
+        if distance.is_nan() {
+            return None;
         }
-        let along = |axis: usize| {
-            let mut step = Vector::zeros();
-            step[axis] = 1.0;
-            f64::from(self.distance(&(p + step)) - self.distance(&(p - step)))
-        };
-        let gradient = Vector::new(along(0), along(1), along(2));
-        gradient.dot(normal) > 0.6 * gradient.norm()
+        let beyond = a * (x - i as f32) + b * (y - j as f32) + c * (z - k as f32);
+        Some((distance + self.edge * beyond, [a, b, c]))
     }
+}
+
+fn positions([width, height, depth]: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
+    (0..depth).flat_map(move |z| (0..height).flat_map(move |y| (0..width).map(move |x| [x, y, z])))
+}
+
+/// Points of the zero level, and its longest side.
+fn on_surface(sides: [usize; 3], values: &[f32], millimetre: f64) -> (OrientedPoints, f64) {
+    let mesh = marching_cubes(&Volume { dims: sides, values }, &Point::origin(), 1.0);
+    let size = mesh.bounds().map_or(1.0, |(low, high)| (high - low).max());
+    (thin(&mesh, SAMPLE * millimetre), size)
+}
+
+fn cells(sides: [usize; 3], values: &[f32]) -> Vec<Cell> {
+    let strides = [1, sides[0], sides[0] * sides[1]];
+    let cell = |(at, &distance): ([usize; 3], &f32)| {
+        let index = at[0] + at[1] * strides[1] + at[2] * strides[2];
+        let slope = |axis: usize| {
+            let before = if at[axis] > 0 { values[index - strides[axis]] } else { f32::NAN };
+            let after = if at[axis] + 1 < sides[axis] { values[index + strides[axis]] } else { f32::NAN };
+            match (before.is_nan(), after.is_nan()) {
+                (false, false) => 0.5 * (after - before),
+                (true, false) => after - distance,
+                (false, true) => distance - before,
+                (true, true) => 0.0,
+            }
+        };
+        let [x, y, z] = [slope(0), slope(1), slope(2)];
+        let length = (x * x + y * y + z * z).sqrt();
+        if distance.is_nan() || length.is_nan() || length < 1e-6 {
+            return Cell { distance: f32::NAN, normal: [0.0; 3] };
+        }
+        Cell { distance, normal: [x / length, y / length, z / length] }
+    };
+    positions(sides).zip(values).map(cell).collect()
 }

@@ -1,11 +1,14 @@
 //! Registration: where the scan lies in the model's frame, without a hint.
 //!
 //! Coarse search over point pairs, then every candidate is refined by the core's joint estimate of pose and
-//! shape, and the one that explains most of the scan wins.
+//! shape, and the one that explains most of the scan wins. A search whose winner does not convince draws more pairs.
 
 pub mod field;
 pub mod icp;
+pub mod joint;
 pub mod pairs;
+pub mod probe;
+pub mod rank;
 pub mod search;
 pub mod spread;
 
@@ -15,10 +18,10 @@ use crate::points::{OrientedPoints, thin};
 use crate::sentence::sentence;
 use crate::unit;
 use field::Field;
-use lacuna::pose_fit::{ROUNDS, Round, row_len, sums_len};
-use lacuna::{Cloud, Model, Pose, PoseBuffers, PoseFit, Standing};
-use rayon::prelude::*;
-use search::{Candidate, Search};
+use joint::{refined, settled};
+use lacuna::{Model, Pose};
+use rank::{Scored, convincing, next_best};
+use search::Search;
 
 /// A scan's place in the model: q = pose(p - centre), in voxels.
 #[derive(Clone, Copy, Debug)]
@@ -105,13 +108,10 @@ pub fn prepare(scan: &Mesh, cell: f64) -> (Point, OrientedPoints) {
     (centre, points)
 }
 
-/// Candidates that are refined.
-const REFINED: usize = 12;
 /// Candidates that are refined with the shape.
-const JOINT: usize = 4;
-/// Points of the rigid and of the joint refinement.
-const POINTS: [usize; 2] = [400, 1600];
-
+const JOINT: usize = 8;
+/// Pairs drawn for each scale of the search: at first, and if that does not convince.
+const DRAWS: [usize; 2] = [300, 1500];
 /// Finds the pose of a scan.
 ///
 /// # Errors
@@ -124,29 +124,19 @@ pub fn register(model: &Model<'_>, scan: &Mesh, seed: u64) -> Result<Registratio
     if points.points.len() < 60 {
         return Err(Error::TooFewPoints(points.points.len()));
     }
-    let settings = Search { seed, unit_scale: 1.0 / spacing, draws: 1500, candidates: REFINED };
-    let candidates = search::search(&field, &points, &settings);
-    let few = subsample(&points, POINTS[0]);
-    let mut rigid: Vec<Scored> = candidates
-        .par_iter()
-        .filter_map(|candidate| refine(model, &few, to_pose(candidate), &ROUNDS[..2]).ok())
-        .collect();
-    rigid.sort_by(|a, b| b.explained.total_cmp(&a.explained));
-    let many = subsample(&points, POINTS[1]);
-    let mut joint: Vec<Scored> = rigid
-        .par_iter()
-        .take(JOINT)
-        .filter_map(|scored| refine(model, &many, scored.pose, &ROUNDS[1..]).ok())
-        .collect();
-    joint.sort_by(|a, b| b.explained.total_cmp(&a.explained));
-    if joint.is_empty() {
-        return Err(Error::NoMatch);
+    let search = Search::new(&field, &points, 1.0 / spacing, seed);
+    let mut ranked: Vec<Scored> = Vec::new();
+    for (turn, draws) in DRAWS.into_iter().enumerate() {
+        ranked.extend(refined(model, &points, &search.candidates(turn as u64, draws, JOINT)));
+        ranked.sort_by(|a, b| b.explained.total_cmp(&a.explained));
+        if convincing(&field, &ranked) {
+            break;
+        }
     }
-    let best = joint.remove(0);
-    let runner_up =
-        joint.iter().find(|other| apart(&best.pose, &other.pose)).map_or(0.0, |other| other.inliers);
-    let placed = Placed { centre, pose: best.pose };
-    Ok(Registration { placed, inliers: best.inliers, runner_up })
+    let Some(best) = ranked.first() else { return Err(Error::NoMatch) };
+    let runner_up = next_best(&field, &ranked);
+    let (pose, inliers) = settled(model, &field, &points, best.pose)?;
+    Ok(Registration { placed: Placed { centre, pose }, inliers, runner_up })
 }
 
 /// Refines a pose that is known roughly.
@@ -156,66 +146,8 @@ pub fn register(model: &Model<'_>, scan: &Mesh, seed: u64) -> Result<Registratio
 pub fn refine_hint(model: &Model<'_>, scan: &Mesh, hint: &Placed) -> Result<Registration, Error> {
     let (centre, points) = prepare(scan, f64::from(model.header().spacing));
     let pose = Pose { translation: hint.to_model(&centre).coords.map(|c| c as f32).into(), ..hint.pose };
-    let Scored { pose, inliers, .. } = refine(model, &subsample(&points, POINTS[1]), pose, &ROUNDS)?;
+    let (pose, inliers) = settled(model, &Field::of_model(model), &points, pose)?;
     Ok(Registration { placed: Placed { centre, pose }, inliers, runner_up: 0.0 })
-}
-
-/// Whether two poses differ by more than ten degrees.
-fn apart(a: &Pose, b: &Pose) -> bool {
-    let trace: f32 =
-        a.rotation.as_flattened().iter().zip(b.rotation.as_flattened()).map(|(x, y)| x * y).sum();
-    (trace - 1.0) / 2.0 < 10f32.to_radians().cos()
-}
-
-struct Scored {
-    pose: Pose,
-    /// Share of inliers times the squared scale: shrinking must not pay.
-    explained: f64,
-    inliers: f64,
-}
-
-fn refine(
-    model: &Model<'_>,
-    points: &OrientedPoints,
-    pose: Pose,
-    rounds: &[Round],
-) -> Result<Scored, lacuna::Error> {
-    let modes = model.modes();
-    let (mut normal, mut chunk) = (vec![0.0; sums_len(modes)], vec![0.0; sums_len(modes)]);
-    let (mut row, mut weights) = (vec![0.0; row_len(modes)], vec![0.0; modes]);
-    let packed = points.packed();
-    let buffers =
-        PoseBuffers { normal: &mut normal, chunk: &mut chunk, row: &mut row, weights: &mut weights };
-    let (pose, _, weights) = PoseFit::new(model, packed.cloud()?, usize::MAX, pose, rounds, buffers)?.run();
-    let inliers = inlier_share(model, packed.cloud()?, &pose, weights);
-    let factor = f64::from(pose.scale) * f64::from(model.header().spacing);
-    Ok(Scored { pose, explained: inliers * factor * factor, inliers })
-}
-
-/// Share of points that lie on the fitted surface and face its way.
-fn inlier_share(model: &Model<'_>, cloud: Cloud<'_>, pose: &Pose, weights: &[f32]) -> f64 {
-    let points = (0..cloud.len()).filter_map(|i| cloud.point(i));
-    let inlier = |&(p, n): &([f32; 3], [f32; 3])| {
-        Standing::of(model, pose.apply(p), pose.rotate(n), weights) == Standing::Inlier
-    };
-    points.filter(inlier).count() as f64 / cloud.len().max(1) as f64
-}
-
-fn to_pose(candidate: &Candidate) -> Pose {
-    let rotation = candidate.rotation.matrix().transpose().map(|c| c as f32);
-    Pose {
-        rotation: rotation.into(),
-        scale: candidate.scale as f32,
-        translation: candidate.translation.map(|c| c as f32).into(),
-    }
-}
-
-/// About `count` points, evenly over the list.
-fn subsample(points: &OrientedPoints, count: usize) -> OrientedPoints {
-    let n = points.points.len();
-    let chosen = |list: &[Point]| (0..count.min(n)).map(|i| list[i * n / count.min(n)]).collect();
-    let normals = (0..count.min(n)).map(|i| points.normals[i * n / count.min(n)]).collect();
-    OrientedPoints { points: chosen(&points.points), normals }
 }
 
 /// Refuses scans that cannot be of the model's size in the model's unit.

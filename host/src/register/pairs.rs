@@ -4,13 +4,12 @@
 
 use crate::mesh::{Point, Vector};
 use crate::points::OrientedPoints;
+use rayon::prelude::*;
 
 /// Bins of half a turn for the two angles.
 const ANGLE_BINS: f64 = 12.0;
 /// Bins of a full turn for the torsion.
 const TORSION_BINS: f64 = 18.0;
-/// Pairs nearer than this share of the size tell little.
-const NEAREST: f64 = 0.2;
 
 /// Two oriented points.
 #[derive(Clone, Copy, Debug)]
@@ -71,33 +70,31 @@ impl Pair {
 /// All pairs of a set by their relations.
 pub struct Table {
     width: f64,
-    nearest: f64,
+    reach: [f64; 2],
     entries: Vec<(u32, u16, u16)>,
 }
 
 impl Table {
-    /// The table of a set's pairs; `size` is the length of the whole surface.
-    pub fn new(set: &OrientedPoints, size: f64) -> Self {
-        let (width, nearest) = (size / 40.0, size * NEAREST);
+    /// The table of a set's pairs that are at least `nearest` apart. Each is listed one way round: who draws pairs at
+    /// random draws the other way round just as often.
+    pub fn new(set: &OrientedPoints, nearest: f64, width: f64) -> Self {
         let count = set.points.len().min(usize::from(u16::MAX));
-        let mut entries = Vec::with_capacity(count * count / 2);
-        for i in 0..count {
-            for j in 0..count {
-                let far = (set.points[i] - set.points[j]).norm() > nearest;
-                if let Some(key) =
-                    Some(()).filter(|()| i != j && far).and_then(|()| Pair::of(set, i, j).key(width))
-                {
-                    entries.push((key, i as u16, j as u16));
-                }
-            }
-        }
-        entries.sort_unstable();
-        Self { width, nearest, entries }
+        let pairs = |i: usize| {
+            let others = (0..i).filter(move |&j| (set.points[i] - set.points[j]).norm() > nearest);
+            others.filter_map(move |j| Some((Pair::of(set, i, j).key(width)?, i as u16, j as u16)))
+        };
+        let mut entries: Vec<(u32, u16, u16)> = (0..count).into_par_iter().flat_map_iter(pairs).collect();
+        entries.par_sort_unstable();
+        let length =
+            |&(_, i, j): &(u32, u16, u16)| (set.points[usize::from(i)] - set.points[usize::from(j)]).norm();
+        let farthest = entries.iter().map(length).fold(0.0, f64::max);
+        Self { width, reach: [nearest, farthest], entries }
     }
 
-    /// Shortest distance of a pair worth drawing.
-    pub fn nearest(&self) -> f64 {
-        self.nearest
+    /// Whether a pair can be in the table.
+    pub fn reaches(&self, pair: &Pair) -> bool {
+        let distance = (pair.points[1] - pair.points[0]).norm();
+        self.reach[0] <= distance && distance <= self.reach[1]
     }
 
     /// The pairs with the relations of `pair`.

@@ -1,108 +1,139 @@
-//! Coarse registration: the scale loop of the paper's section 3.1 around a random search over point pairs.
+//! Coarse registration: random point pairs for a few scales, and every good guess drawn to the surface.
 //!
-//! Matching quality is the number of inliers in an ε-neighbourhood times f², because shrinking a scan always
-//! finds more of them. The inlier test is one look-up in the distance grid.
+//! Guesses come as in the paper's section 3.1, from pairs of oriented points with equal relations in a loop over
+//! the scale. How well one matches is what it explains times f², because shrinking a scan always finds more
+//! points near the surface. The best of every scale are drawn to the surface by a few Gauss-Newton steps and only
+//! then compared: next to a right guess that is ten degrees off, much of a scan with hair and collar looks
+//! better somewhere else.
 
 use super::field::Field;
 use super::pairs::{Pair, Table};
-use crate::mesh::{Point, Vector};
+use super::probe::Probe;
 use crate::points::OrientedPoints;
-use nalgebra::Rotation3;
+use nalgebra::{Similarity3, Translation3, UnitQuaternion};
 use rand::RngExt;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-/// A guess at the pose: q = scale · rotation · p + translation.
+/// A guess at the pose.
 #[derive(Clone, Copy, Debug)]
 pub struct Candidate {
-    /// From the scan's directions to the field's.
-    pub rotation: Rotation3<f64>,
-    /// Voxels per scan unit.
-    pub scale: f64,
-    /// Voxels.
-    pub translation: Vector,
-    /// Inlier share times f².
+    /// From the scan to the field's voxels.
+    pub pose: Similarity3<f64>,
+    /// What it explains, class area over that of the scan if it had the class's mean size.
     pub quality: f64,
 }
 
-impl Candidate {
-    /// Where a scan point lies.
-    pub fn apply(&self, p: &Point) -> Point {
-        Point::from(self.rotation * p.coords * self.scale + self.translation)
-    }
-}
-
-/// How to search.
-#[derive(Clone, Copy, Debug)]
-pub struct Search {
-    /// Seed of the random draws.
-    pub seed: u64,
-    /// Voxels per scan unit if the scan had exactly the class's mean size.
-    pub unit_scale: f64,
-    /// Pairs drawn for each scale factor.
-    pub draws: usize,
-    /// Candidates returned at most.
-    pub candidates: usize,
-}
-
-/// Scale factors of the loop.
-const FACTORS: [f64; 10] = [0.8, 0.85, 0.9, 0.95, 1.0, 1.05, 1.1, 1.15, 1.2, 1.25];
+/// Scale factors of the loop: the steps towards the surface find what lies between.
+const FACTORS: [f64; 5] = [0.82, 0.91, 1.0, 1.11, 1.22];
+/// Independent streams of draws for each of them.
+const STREAMS: u64 = 2;
 /// Matches tried for one drawn pair.
 const TRIES: usize = 12;
-/// Points of the first, quick test.
-const GLANCE: usize = 32;
-/// Inlier distance, share of the size (5 mm of a face).
-const EPSILON: f64 = 5.0 / 230.0;
+/// Guesses of a stream that are drawn to the surface.
+const KEPT: usize = 24;
+/// Points for guesses, steps and comparison.
+const POINTS: [usize; 3] = [128, 256, 700];
+/// Gate of guesses, class millimetres.
+const GUESS: f64 = 10.0;
+/// Gates of the steps after them, then with more points.
+const DRAW: [f64; 6] = [16.0, 16.0, 14.0, 12.0, 10.0, 8.0];
+const SETTLE: [f64; 4] = [8.0, 7.0, 6.0, 6.0];
+/// Poses that are compared again with more points, for each one returned.
+const SETTLED: usize = 4;
+/// Shortest pair, and the width of a bin of lengths, class millimetres.
+const NEAREST: f64 = 45.0;
+const WIDTH: f64 = 6.0;
 
-/// The best candidates, best first; distinct ones only. The same for any number of threads.
-pub fn search(field: &Field, scan: &OrientedPoints, settings: &Search) -> Vec<Candidate> {
-    let table = Table::new(&field.samples, field.size);
-    let mut all: Vec<Candidate> = FACTORS
-        .par_iter()
-        .enumerate()
-        .flat_map_iter(|(index, &factor)| one_scale(field, &table, scan, settings, index as u64, factor))
-        .collect();
-    all.sort_by(|a, b| b.quality.total_cmp(&a.quality));
-    distinct(&all, field.size, settings.candidates)
+/// A scan that is searched for in a field.
+pub struct Search<'a> {
+    field: &'a Field,
+    scan: &'a OrientedPoints,
+    table: Table,
+    probes: [Probe; 3],
+    /// Voxels per scan unit if the scan had exactly the class's mean size.
+    unit_scale: f64,
+    seed: u64,
 }
 
-fn one_scale(
-    field: &Field,
-    table: &Table,
-    scan: &OrientedPoints,
-    settings: &Search,
-    stream: u64,
-    factor: f64,
-) -> Vec<Candidate> {
-    let count = scan.points.len();
-    let mut random = ChaCha8Rng::seed_from_u64(settings.seed);
-    random.set_stream(stream);
-    let scale = settings.unit_scale * factor;
-    let order = spread(count, &mut random);
-    let mut best: Vec<Candidate> = Vec::new();
-    for _ in 0..settings.draws {
-        let (i, j) = (random.random_range(0..count), random.random_range(0..count));
-        let mut pair = Pair::of(scan, i, j);
-        pair.points = pair.points.map(|p| p * scale);
-        if (pair.points[1] - pair.points[0]).norm() < table.nearest() {
-            continue;
-        }
-        let matches = table.matches(&pair);
-        for _ in 0..TRIES.min(matches.len()) {
-            let (_, a, b) = matches[random.random_range(0..matches.len())];
-            let goal = Pair::of(&field.samples, usize::from(a), usize::from(b));
-            let Some(mut candidate) = align(&pair, &goal, scale) else { continue };
-            let worst = if best.len() < settings.candidates { 0.0 } else { best[best.len() - 1].quality };
-            candidate.quality = quality(field, scan, &order, &candidate, factor, worst);
-            if candidate.quality > worst {
-                let at = best.partition_point(|other| other.quality >= candidate.quality);
-                best.insert(at, candidate);
-                best.truncate(settings.candidates);
+impl<'a> Search<'a> {
+    /// Prepares the search; `unit_scale` is voxels per scan unit if the scan had exactly the class's mean size.
+    pub fn new(field: &'a Field, scan: &'a OrientedPoints, unit_scale: f64, seed: u64) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        random.set_stream(u64::MAX);
+        let order = spread(scan.points.len(), &mut random);
+        let probes = POINTS.map(|count| Probe::new(scan, &order[..count.min(order.len())]));
+        let table = Table::new(&field.samples, NEAREST * field.millimetre, WIDTH * field.millimetre);
+        Self { field, scan, table, probes, unit_scale, seed }
+    }
+
+    /// The best candidates after `draws` pairs for each scale, best first; distinct ones only. The same for any
+    /// number of threads; another `turn` draws other pairs.
+    pub fn candidates(&self, turn: u64, draws: usize, most: usize) -> Vec<Candidate> {
+        let streams = FACTORS.len() as u64 * STREAMS;
+        let guesses: Vec<Candidate> = (0..streams)
+            .into_par_iter()
+            .flat_map_iter(|stream| self.guesses(turn * streams + stream, draws / STREAMS as usize))
+            .collect();
+        let size = self.field.size;
+        let drawn = distinct(self.settled(&self.probes[1], &guesses, &DRAW), size, SETTLED * most);
+        distinct(self.settled(&self.probes[2], &drawn, &SETTLE), size, most)
+    }
+
+    /// Steps towards the surface, then what is explained.
+    fn settled(&self, probe: &Probe, from: &[Candidate], gates: &[f64]) -> Vec<Candidate> {
+        let settled = |candidate: &Candidate| {
+            let pose = gates.iter().fold(candidate.pose, |pose, &gate| probe.step(self.field, &pose, gate));
+            let factor = pose.scaling() / self.unit_scale;
+            let gate = gates.last().copied().unwrap_or(GUESS);
+            Candidate { pose, quality: probe.explained(self.field, &pose, gate, f64::MIN) * factor * factor }
+        };
+        from.par_iter().map(settled).collect()
+    }
+
+    /// The best guesses of one stream of draws, distinct ones only.
+    fn guesses(&self, stream: u64, draws: usize) -> Vec<Candidate> {
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
+        random.set_stream(stream);
+        let factor = FACTORS[stream as usize % FACTORS.len()];
+        let mut best: Vec<Candidate> = Vec::new();
+        for _ in 0..draws {
+            let Some(pair) = self.drawn(factor, &mut random) else { continue };
+            let matches = self.table.matches(&pair);
+            for attempt in 0..TRIES.min(matches.len()) {
+                let all = matches.len() <= TRIES;
+                let (_, a, b) = matches[if all { attempt } else { random.random_range(0..matches.len()) }];
+                let goal = Pair::of(&self.field.samples, usize::from(a), usize::from(b));
+                let Some(pose) = align(&pair, &goal, self.unit_scale * factor) else { continue };
+                self.judge(pose, factor * factor, &mut best);
             }
         }
+        best
     }
-    best
+
+    /// Puts a guess among the best if it is one of them.
+    fn judge(&self, pose: Similarity3<f64>, squared: f64, best: &mut Vec<Candidate>) {
+        let least = if best.len() < KEPT { 0.0 } else { best[best.len() - 1].quality };
+        let quality = self.probes[0].explained(self.field, &pose, GUESS, least / squared) * squared;
+        if quality > least {
+            insert(best, Candidate { pose, quality }, self.field.size);
+        }
+    }
+
+    /// A pair of the scan, in voxels, whose length occurs on the surface.
+    fn drawn(&self, factor: f64, random: &mut ChaCha8Rng) -> Option<Pair> {
+        let count = self.scan.points.len();
+        let i = random.random_range(0..count);
+        for _ in 0..8 {
+            let mut pair = Pair::of(self.scan, i, random.random_range(0..count));
+            pair.points = pair.points.map(|p| p * (self.unit_scale * factor));
+            if self.table.reaches(&pair) {
+                return Some(pair);
+            }
+        }
+        None
+    }
 }
 
 /// A random order of the points: every beginning of it is a sample of the whole.
@@ -114,51 +145,45 @@ fn spread(count: usize, random: &mut ChaCha8Rng) -> Vec<usize> {
     order
 }
 
-/// The motion that takes a scaled pair to its match.
-fn align(from: &Pair, to: &Pair, scale: f64) -> Option<Candidate> {
+/// The motion that takes a pair, which is `scale` times the scan's, to its match.
+fn align(from: &Pair, to: &Pair, scale: f64) -> Option<Similarity3<f64>> {
     let ((a, frame_a), (b, frame_b)) = (from.frame()?, to.frame()?);
-    let rotation = frame_b * frame_a.inverse();
-    let translation = b.coords - rotation * a.coords;
-    Some(Candidate { rotation, scale, translation, quality: 0.0 })
+    let turn = UnitQuaternion::from_rotation_matrix(&(frame_b * frame_a.inverse()));
+    let translation = b.coords - turn * a.coords;
+    Some(Similarity3::from_parts(Translation3::from(translation), turn, scale))
 }
 
-/// Inlier share times f²; given up early where it cannot reach `worst` any more.
-fn quality(
-    field: &Field,
-    scan: &OrientedPoints,
-    order: &[usize],
-    candidate: &Candidate,
-    factor: f64,
-    worst: f64,
-) -> f64 {
-    let reach = (EPSILON * field.size) as f32;
-    let count = order.len().min(400);
-    let mut inliers = 0;
-    for (seen, &i) in order.iter().take(count).enumerate() {
-        let normal = candidate.rotation * scan.normals[i];
-        inliers += usize::from(field.agrees(&candidate.apply(&scan.points[i]), &normal, reach));
-        let glance_over = seen + 1 == GLANCE;
-        if glance_over && (inliers as f64 + 3.0) / (GLANCE as f64) * factor * factor < worst {
-            return 0.0;
-        }
+/// Puts a guess into the list, best first, unless a better one stands for it.
+fn insert(best: &mut Vec<Candidate>, candidate: Candidate, size: f64) {
+    let at = best.partition_point(|other| other.quality >= candidate.quality);
+    if best[..at].iter().any(|other| alike(other, &candidate, size)) {
+        return;
     }
-    inliers as f64 / count.max(1) as f64 * factor * factor
+    best.insert(at, candidate);
+    let worse = best[at + 1..].iter().position(|other| alike(other, &candidate, size));
+    match worse {
+        Some(offset) => {
+            best.remove(at + 1 + offset);
+        }
+        None => best.truncate(KEPT),
+    }
 }
 
-/// Drops candidates that a better one stands for: nearly the same turn and place.
-fn distinct(sorted: &[Candidate], size: f64, most: usize) -> Vec<Candidate> {
+/// Nearly the same turn and place: about twelve degrees and an eighth of the size.
+fn alike(a: &Candidate, b: &Candidate, size: f64) -> bool {
+    let between = a.pose.isometry.rotation.coords.dot(&b.pose.isometry.rotation.coords).abs();
+    // Half the angle, as quaternions have it.
+    between > 0.9945
+        && (a.pose.isometry.translation.vector - b.pose.isometry.translation.vector).norm() < 0.12 * size
+}
+
+/// The best, without those that a better one stands for.
+fn distinct(mut all: Vec<Candidate>, size: f64, most: usize) -> Vec<Candidate> {
+    all.sort_by(|a, b| b.quality.total_cmp(&a.quality));
     let mut kept: Vec<Candidate> = Vec::new();
-    for candidate in sorted {
-        let same = |other: &Candidate| {
-            let angle = (other.rotation.inverse() * candidate.rotation).angle();
-            let shift = (other.translation - candidate.translation).norm();
-            angle < 0.2 && shift < 0.12 * size
-        };
-        if !kept.iter().any(same) {
-            kept.push(*candidate);
-        }
-        if kept.len() == most {
-            break;
+    for candidate in all {
+        if kept.len() < most && !kept.iter().any(|other| alike(other, &candidate, size)) {
+            kept.push(candidate);
         }
     }
     kept

@@ -8,7 +8,7 @@ use crate::mesh::{Mesh, Point, Vector};
 use crate::points::thin;
 use crate::register::field::Field;
 use crate::register::icp::{Outcome, Side, icp};
-use crate::register::search::{Candidate, Search, search};
+use crate::register::search::Search;
 use crate::surface::{Volume, largest_component, marching_cubes, trim_rim};
 use nalgebra::{Similarity3, Translation3, UnitQuaternion};
 use rayon::prelude::*;
@@ -83,7 +83,7 @@ pub fn align(
         return Ok(stay());
     }
     let (low, high) = shapes[0].bounds().unwrap_or((Point::origin(), Point::origin()));
-    let (field, scale, shift) = Field::of_surface(&sides[0].surface, low, high);
+    let (field, scale, shift) = Field::of_surface(&sides[0].surface, low, high, super::area(&shapes[0]));
     let to_field = Similarity3::from_parts(Translation3::from(shift), UnitQuaternion::identity(), scale);
     let done = std::sync::atomic::AtomicU64::new(0);
     let mut motions = vec![Similarity3::identity()];
@@ -147,10 +147,9 @@ fn pairwise(
     seed: u64,
     number: usize,
 ) -> Result<Similarity3<f64>, Error> {
-    let settings = Search { seed, unit_scale: to_field.scaling(), draws: 1500, candidates: TRIED };
-    let candidates = search(field, &side.points, &settings);
+    let candidates = Search::new(field, &side.points, to_field.scaling(), seed).candidates(0, 1500, TRIED);
     let refined = candidates.iter().map(|candidate| {
-        let start = to_field.inverse() * similarity(candidate);
+        let start = to_field.inverse() * candidate.pose;
         icp(side, first, start, 40, size)
     });
     let best = refined.max_by(|a, b| score(a, size).total_cmp(&score(b, size)));
@@ -163,11 +162,6 @@ fn pairwise(
 /// Much overlap at a small distance.
 fn score(outcome: &Outcome, size: f64) -> f64 {
     outcome.overlap / (0.01 + outcome.median / size)
-}
-
-fn similarity(candidate: &Candidate) -> Similarity3<f64> {
-    let turn = UnitQuaternion::from_rotation_matrix(&candidate.rotation);
-    Similarity3::from_parts(Translation3::from(candidate.translation), turn, candidate.scale)
 }
 
 /// Registers every shape to the mean of all, then sets the mean scale of the motions to one.

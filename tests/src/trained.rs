@@ -1,0 +1,27 @@
+//! Models of the real data, trained when they are first asked for and kept in `target/models`.
+
+use crate::program::json;
+use std::path::{Path, PathBuf};
+
+/// Thirty faces at 3.3 mm.
+pub fn faces(folder: &Path) -> Vec<u8> {
+    let shapes = (0..30).map(|i| folder.join(format!("train/train_{i:03}.ply")));
+    trained("face.lacuna", &["--spacing", "3.3"], shapes.collect())
+}
+
+/// Eight femurs.
+pub fn femurs(folder: &Path) -> Vec<u8> {
+    trained("femur.lacuna", &[], (0..8).map(|i| folder.join(format!("train_{i:02}.ply"))).collect())
+}
+
+fn trained(name: &str, options: &[&str], shapes: Vec<PathBuf>) -> Vec<u8> {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/models");
+    std::fs::create_dir_all(&models).expect("a folder for models");
+    let shapes = shapes.into_iter().map(|path| std::fs::canonicalize(path).expect("a training shape"));
+    let shapes: Vec<String> = shapes.map(|path| path.display().to_string()).collect();
+    let arguments = ["train", "--json", "-o", name].into_iter().chain(options.iter().copied());
+    if !models.join(name).exists() {
+        json(&models, &arguments.chain(shapes.iter().map(String::as_str)).collect::<Vec<_>>());
+    }
+    std::fs::read(models.join(name)).expect("the model")
+}

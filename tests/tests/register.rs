@@ -1,0 +1,181 @@
+//! Registration without a hint on heads of the built-in class: what must not mislead it, and that neither threads nor
+//! seeds change its answer.
+
+use lacuna::Model;
+use lacuna_host::mesh::{Mesh, Point, Vector};
+use lacuna_host::register::{Registration, refine_hint, register};
+use lacuna_tests::model;
+use lacuna_tests::registration::{Difference, Way, moved, placed, similarity_of, to_voxels};
+use lacuna_tests::sample::{Sample, heads};
+use nalgebra::{Similarity3, UnitQuaternion};
+
+/// A scan, and where it lies in the model.
+struct Known {
+    scan: Mesh,
+    to_model: Similarity3<f64>,
+}
+
+impl Known {
+    fn of(model: &Model<'_>, sample: Sample) -> Self {
+        let to_shapes = sample.model_to_scan.try_inverse().expect("a similarity");
+        Self { scan: sample.scan, to_model: to_voxels(model, &nalgebra::convert_unchecked(to_shapes)) }
+    }
+
+    /// In another place, `size` times as large as the class.
+    fn moved(&self, model: &Model<'_>, turn: Vector, size: f64) -> Self {
+        let way =
+            Way { turn: UnitQuaternion::from_scaled_axis(turn), size, shift: Vector::new(3.0, -1.0, 2.0) };
+        let (scan, motion) = moved(&self.scan, &way, &self.to_model, model);
+        Self { scan, to_model: self.to_model * motion.inverse() }
+    }
+
+    fn registered(&self, model: &Model<'_>) -> Registration {
+        register(model, &self.scan, 1).expect("a pose")
+    }
+
+    /// How far a pose is from the one that the true one is refined to.
+    fn off(&self, model: &Model<'_>, found: &Registration) -> Difference {
+        let known = refine_hint(model, &self.scan, &placed(&self.to_model)).expect("a pose");
+        Difference::between(&similarity_of(&found.placed), &similarity_of(&known.placed), model)
+    }
+
+    #[track_caller]
+    fn assert_found(&self, model: &Model<'_>, what: &str) -> Registration {
+        let found = self.registered(model);
+        let off = self.off(model, &found);
+        println!("{what}: {off:?}, inliers {:.3}, next {:.3}", found.inliers, found.runner_up);
+        assert!(off.same(), "{what}: {off:?}, inliers {:.3}, next {:.3}", found.inliers, found.runner_up);
+        found
+    }
+
+    /// The part of the scan in front of a plane of the class's frame (voxels).
+    fn cut(&self, normal: Vector, beyond: f64) -> Self {
+        let inside = |p: &Point| (self.to_model * p).coords.dot(&normal) > beyond;
+        let kept = |corners: &&[u32; 3]| corners.iter().all(|&v| inside(&self.scan.points[v as usize]));
+        let triangles = self.scan.triangles.iter().filter(kept).copied().collect();
+        Self { scan: Mesh { triangles, ..self.scan.clone() }, to_model: self.to_model }
+    }
+
+    /// With `share` of all surface a wavy sheet, which passes by the chin, and a ball behind the head.
+    fn cluttered(&self, share: f64) -> Self {
+        let own = area(&self.scan);
+        let clutter = own * share / (1.0 - share);
+        let (low, high) = self.bounds();
+        let scale = self.to_model.scaling();
+        let side = (0.7 * clutter).sqrt() * scale;
+        let radius = (0.3 * clutter / (4.0 * std::f64::consts::PI)).sqrt() * scale;
+        let middle = nalgebra::center(&low, &high);
+        let sheet = grid(40, |u, v| {
+            let (x, z) = ((u - 0.5) * side, (v - 0.5) * side);
+            Point::new(middle.x + x, low.y + 3.0 + 0.05 * side * (8.0 * u + 3.0 * v).sin(), middle.z + z)
+        });
+        let ball = grid(24, |u, v| {
+            let (around, up) = (u * std::f64::consts::TAU, v * std::f64::consts::PI);
+            let direction = Vector::new(around.cos() * up.sin(), up.cos(), -around.sin() * up.sin());
+            Point::new(high.x, high.y, low.z) + direction * radius
+        });
+        let mut scan = Mesh { normals: vec![], ..self.scan.clone() };
+        for part in [sheet, ball] {
+            let first = scan.points.len() as u32;
+            scan.points.extend(part.points.iter().map(|p| self.to_model.inverse() * p));
+            scan.triangles.extend(part.triangles.iter().map(|t| t.map(|v| v + first)));
+        }
+        assert!((1.0 - own / area(&scan) - share).abs() < 0.05, "clutter {}", 1.0 - own / area(&scan));
+        Self { scan, to_model: self.to_model }
+    }
+
+    fn bounds(&self) -> (Point, Point) {
+        let points = self.scan.points.iter().map(|p| self.to_model * p).collect();
+        Mesh { points, ..Mesh::default() }.bounds().expect("points")
+    }
+}
+
+fn area(mesh: &Mesh) -> f64 {
+    let double = |t: usize| {
+        let [a, b, c] = mesh.corners(t);
+        (b - a).cross(&(c - a)).norm()
+    };
+    (0..mesh.triangles.len()).map(double).sum::<f64>() / 2.0
+}
+
+/// A patch of n x n cells.
+fn grid(n: u32, place: impl Fn(f64, f64) -> Point) -> Mesh {
+    let share = |i: u32| f64::from(i) / f64::from(n);
+    let points = (0..=n).flat_map(|j| (0..=n).map(move |i| (i, j)));
+    let points = points.map(|(i, j)| place(share(i), share(j))).collect();
+    let corner = |i: u32, j: u32| j * (n + 1) + i;
+    let cells = (0..n).flat_map(|j| (0..n).map(move |i| (i, j)));
+    let halves = cells.flat_map(|(i, j)| {
+        let [a, b, c, d] = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
+        [[a, c, b], [a, d, c]]
+    });
+    Mesh { points, normals: vec![], triangles: halves.collect() }
+}
+
+fn front(model: &Model<'_>, number: u64) -> Known {
+    Known::of(model, heads(number..=number).next().expect("a scan from the front"))
+}
+
+fn side(model: &Model<'_>, number: u64) -> Known {
+    Known::of(model, heads(number..=number).nth(1).expect("a scan from the side"))
+}
+
+#[test]
+fn upside_down_too_small_and_too_large() {
+    let model = model();
+    for (number, size) in [(1001, 0.8), (1002, 1.0), (1003, 1.25)] {
+        let upside_down = Vector::new(0.1, 0.2, std::f64::consts::PI);
+        front(&model, number)
+            .moved(&model, upside_down, size)
+            .assert_found(&model, &format!("front, {size}"));
+        side(&model, number).moved(&model, upside_down, size).assert_found(&model, &format!("side, {size}"));
+    }
+}
+
+#[test]
+fn the_mirrored_half_does_not_win() {
+    let model = model();
+    for number in 1001..=1003 {
+        let whole = front(&model, number);
+        let (low, high) = whole.bounds();
+        let middle = nalgebra::center(&low, &high).x;
+        for sign in [1.0, -1.0] {
+            let half = whole.cut(Vector::x() * sign, middle * sign);
+            let found =
+                half.moved(&model, Vector::new(0.5, 2.0, -1.0), 1.0).assert_found(&model, "half a head");
+            assert!(found.runner_up < 0.9 * found.inliers, "no margin: {found:?}");
+        }
+    }
+}
+
+#[test]
+fn clutter_is_not_what_is_looked_for() {
+    let model = model();
+    for (number, share) in [(1001, 0.4), (1002, 0.4), (1003, 0.6)] {
+        let cluttered = front(&model, number).cluttered(share);
+        cluttered
+            .moved(&model, Vector::new(2.0, -1.0, 0.3), 0.9)
+            .assert_found(&model, &format!("clutter {share}"));
+    }
+}
+
+#[test]
+fn neither_threads_nor_seeds_change_the_pose() {
+    let model = model();
+    let scan = side(&model, 1001).cluttered(0.4).moved(&model, Vector::new(-1.0, 0.4, 2.0), 1.1);
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| scan.registered(&model))
+    };
+    let one = with(1);
+    for threads in [2, 5] {
+        let other = with(threads);
+        assert_eq!(one.placed.pose, other.placed.pose, "{threads} threads");
+        assert_eq!([one.inliers, one.runner_up], [other.inliers, other.runner_up], "{threads} threads");
+    }
+    for seed in 2..=5 {
+        let found = register(&model, &scan.scan, seed).expect("a pose");
+        let off = scan.off(&model, &found);
+        assert!(off.same(), "seed {seed}: {off:?}");
+    }
+}
