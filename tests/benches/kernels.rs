@@ -1,13 +1,15 @@
 //! Times of the kernels: `cargo bench -p lacuna-tests`.
 
 use divan::{Bencher, black_box};
-use lacuna::completion::{Completion, Settings};
+use lacuna::completion::{self, Settings};
 use lacuna::pose_fit::{ROUNDS, Round};
 use lacuna::{Arithmetic, Fixed, Float, HullBuilder, Reach, Sizes};
+use lacuna_host::complete::{Completion, Hint, Options, complete};
 use lacuna_host::fit::{Buffers, Fit, dense, fit};
 use lacuna_host::io::{Format, parse};
 use lacuna_host::mesh::{Mesh, Point};
 use lacuna_host::register::register;
+use lacuna_host::report;
 use lacuna_host::surface::{Volume, marching_cubes};
 use lacuna_host::synth::Head;
 use lacuna_host::train::distance::Surface;
@@ -63,7 +65,9 @@ fn completion(bencher: Bencher, refined: bool) {
     let mut buffers = Buffers::<Fixed>::new(&Sizes::required(&model, &schedule).unwrap());
     bencher.bench_local(|| {
         let cloud = points.cloud().unwrap();
-        let mut job = Completion::new(&model, cloud, voxel_pose(&model), settings, buffers.memory()).unwrap();
+        let mut job =
+            completion::Completion::new(&model, cloud, voxel_pose(&model), settings, buffers.memory())
+                .unwrap();
         job.run();
         job.outcome().unwrap().digests
     });
@@ -80,4 +84,32 @@ fn registration(bencher: Bencher) {
     let model = model();
     let scan: Mesh = parse(Format::Ply, lacuna_fixtures::SCAN).unwrap();
     bencher.bench(|| register(&model, black_box(&scan), 1).unwrap().inliers);
+}
+
+/// The example scan and its completion.
+fn completed() -> (Mesh, Completion) {
+    let (model, scan) = (model(), parse(Format::Ply, lacuna_fixtures::SCAN).unwrap());
+    let options = Options { hint: Hint::None, seed: 1, schedule: default_schedule(&model), finer: 2 };
+    let completion = complete::<Fixed>(&model, &scan, &options).unwrap();
+    (scan, completion)
+}
+
+/// The two whose ratio counts: a report may take a few times as long as the completion it shows.
+#[divan::bench(sample_count = 5)]
+fn completion_of_the_example() -> usize {
+    completed().1.merged.labels.len()
+}
+
+#[divan::bench(sample_count = 5)]
+fn report_of_the_example(bencher: Bencher) {
+    let (model, (scan, completion)) = (model(), completed());
+    let scan_to_model = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
+    let subject = report::Subject {
+        scan: "example",
+        original: &scan,
+        scan_to_model,
+        settings: &[],
+        command: "lacuna complete",
+    };
+    bencher.bench(|| report::completion::html(&completion, &model, &subject).unwrap().len());
 }

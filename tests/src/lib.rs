@@ -6,6 +6,7 @@ pub mod device_memory;
 pub mod firmware;
 pub mod fuzz;
 pub mod line;
+pub mod looks;
 pub mod nasty;
 pub mod program;
 pub mod registration;

@@ -3,7 +3,7 @@
 use crate::fit::dense;
 use crate::mesh::{Mesh, Point, Vector};
 use crate::register::Placed;
-use crate::surface::{Volume, close_holes, largest_component, marching_cubes, trim_rim};
+use crate::surface::{Volume, close_holes, largest_component, marching_cubes, open_rim, trim_rim};
 use crate::train::distance::Surface;
 use lacuna::{Model, sample};
 use rayon::prelude::*;
@@ -12,6 +12,8 @@ use rayon::prelude::*;
 const LAYERS: usize = 5;
 /// Largest difference between far field and mean, voxels, where the far field is relied on.
 const FAITHFUL: f32 = 0.35;
+/// Strips at the rim narrower than twice this are cut off, voxels.
+const NARROW: f64 = 0.8;
 
 /// A dense volume of distances in voxels, x fastest, NaN where unknown.
 pub struct Dense {
@@ -103,21 +105,31 @@ impl Dense {
         (!value.is_nan()).then(|| (f64::from(value), Vector::from(gradient.map(f64::from))))
     }
 
-    /// Fills unknown voxels next to the scan with the scan's own distances, within the model's support: where
-    /// somebody is farther from the mean than the model stores, the measured surface goes on.
-    pub fn extend(&mut self, model: &Model<'_>, scan: &Surface, placed: &Placed, points: &[Point]) {
-        let reach = 2.0;
-        let limit = reach * 1.8 / f64::from(placed.pose.scale);
-        let mut near = vec![false; self.values.len()];
-        for q in points.iter().map(|p| placed.to_model(p)) {
-            for offset in 0..125 {
-                let at = [offset % 5, offset / 5 % 5, offset / 25];
-                let voxel: [f64; 3] = std::array::from_fn(|a| q[a].round() + at[a] as f64 - reach);
-                if voxel.iter().zip(self.sides).all(|(&v, side)| v >= 0.0 && v < side as f64) {
-                    near[self.index(voxel.map(|v| v as usize))] = true;
+    /// Marks voxels near points: those at most `reach` steps off a point's own one along each axis, and of them those
+    /// of which `near`, asked with voxel and point, says yes.
+    pub fn mark(&self, points: &[Point], reach: usize, near: impl Fn(&Point, &Point) -> bool) -> Vec<bool> {
+        let mut marks = vec![false; self.values.len()];
+        let side = 2 * reach + 1;
+        for point in points {
+            for offset in 0..side * side * side {
+                let step = [offset % side, offset / side % side, offset / side / side];
+                let voxel: [f64; 3] =
+                    std::array::from_fn(|a| point[a].round() + step[a] as f64 - reach as f64);
+                let inside = voxel.iter().zip(self.sides).all(|(&v, side)| v >= 0.0 && v < side as f64);
+                if inside && near(&Point::from(voxel), point) {
+                    marks[self.index(voxel.map(|v| v as usize))] = true;
                 }
             }
         }
+        marks
+    }
+
+    /// Fills unknown voxels next to the scan's points, given in voxels, with the scan's own distances, within the
+    /// model's support: where somebody is farther from the mean than the model stores, the measured surface goes on.
+    pub fn extend(&mut self, model: &Model<'_>, scan: &Surface, placed: &Placed, points: &[Point]) {
+        let reach = 2u8;
+        let limit = f64::from(reach) * 1.8 / f64::from(placed.pose.scale);
+        let near = self.mark(points, usize::from(reach), |_, _| true);
         let wanted: Vec<usize> = (0..near.len()).filter(|&i| near[i] && self.values[i].is_nan()).collect();
         let scale = f64::from(placed.pose.scale);
         let known = |&i: &usize| {
@@ -134,12 +146,13 @@ impl Dense {
         }
     }
 
-    /// The zero level in the scan's frame: largest piece, rim trimmed, on a grid `factor` times as fine.
+    /// The zero level in the scan's frame: largest piece without holes, rim trimmed, on a grid `factor` times as fine.
     pub fn surface(&self, placed: &Placed, factor: usize) -> Mesh {
         let fine = self.finer(factor.max(1));
         let volume = Volume { dims: fine.sides, values: &fine.values };
         let mesh = marching_cubes(&volume, &Point::origin(), 1.0 / factor.max(1) as f64);
-        let mut mesh = close_holes(&trim_rim(&largest_component(&mesh), factor.max(1)));
+        let whole = close_holes(&largest_component(&mesh));
+        let mut mesh = close_holes(&trim_rim(&close_holes(&open_rim(&whole, NARROW)), factor.max(1)));
         mesh.points.par_iter_mut().for_each(|p| *p = placed.to_scan(p));
         mesh
     }

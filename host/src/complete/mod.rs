@@ -4,6 +4,7 @@
 
 pub mod clean;
 pub mod clutter;
+pub mod diffusion;
 pub mod fuse;
 pub mod merge;
 pub mod picture;
@@ -15,6 +16,7 @@ use crate::points::OrientedPoints;
 use crate::register::spread::Spread;
 use crate::register::{self, Placed, prepare};
 use crate::sentence::sentence;
+use crate::surface::fair;
 use crate::train::distance::Surface;
 use crate::uncertainty::Expected;
 use crate::uncertainty::cues::{Cue, cues};
@@ -99,6 +101,8 @@ const HULL_CELL: f64 = 0.5;
 const MOTION: f64 = 4.0;
 /// Largest step at the seam, class millimetres.
 const STEP: f64 = 0.25;
+/// Rounds that the fitted surface is made fair before it is moved onto the scan.
+const FAIRING: usize = 10;
 
 /// Completes a scan in the arithmetic `A`.
 ///
@@ -144,11 +148,12 @@ pub fn complete_by(
     let centred = Placed { centre: Point::origin(), ..placed };
     let mut field = Dense::new(model, &fit.local_distances);
     let agreement = agreement(&field, &points, &centred, model);
-    let global = Dense::new(model, &fit.global_distances).surface(&placed, 1);
-    let local = field.surface(&placed, 1);
-    let positions: Vec<Point> = points.points.iter().map(|p| p + placed.centre.coords).collect();
-    field.extend(model, &measured.surface, &placed, &positions);
-    let fitted = field.surface(&placed, options.finer);
+    let global_field = Dense::new(model, &fit.global_distances);
+    let (global, local) = (global_field.surface(&placed, 1), field.surface(&placed, 1));
+    let voxels: Vec<Point> = points.points.iter().map(|p| centred.to_model(p)).collect();
+    diffusion::diffuse(&mut field, &global_field, &voxels);
+    field.extend(model, &measured.surface, &placed, &voxels);
+    let fitted = fair(&field.surface(&placed, options.finer), FAIRING);
     if fitted.triangles.is_empty() {
         return Err(Error::NoSurface(
             "the fitted distances have no zero level: the scan does not match the model",

@@ -3,8 +3,10 @@
 mod carry;
 mod cases;
 mod components;
+mod fairing;
 mod holes;
 mod marching_cubes;
+mod opening;
 mod refine;
 mod rim;
 mod signs;
@@ -12,8 +14,10 @@ mod topology;
 
 pub use carry::carry;
 pub use components::{components, keep_triangles, largest_component};
+pub use fairing::fair;
 pub use holes::{close_holes, open_curves};
 pub use marching_cubes::{CLAMP, Volume, marching_cubes};
+pub use opening::open_rim;
 pub use refine::subdivide;
 pub use rim::trim_rim;
 pub use topology::{Edge, Edges, boundary_edges, boundary_vertices, is_manifold, non_manifold_edges};

@@ -15,13 +15,14 @@ const RINGS: usize = 4;
 
 /// Cuts single triangles that stick out of the rim and smooths the rest along the rim. The rings behind the rim
 /// follow within the surface, so that no triangle is crushed; farther inside vertices stay where they are.
-/// `factor` is how much finer than the model's voxels the mesh is: steps of the rim are as many times longer.
+/// `factor` is how much finer than the model's voxels the mesh is: steps of the rim are as many times longer, and
+/// smoothing, which spreads with the root of its rounds, takes the square of it.
 pub fn trim_rim(mesh: &Mesh, factor: usize) -> Mesh {
     let mut mesh = mesh.clone();
     for _ in 0..CUTS {
         mesh = without_teeth(&mesh);
     }
-    let smoothed = smooth(&mesh, ROUNDS * factor);
+    let smoothed = smooth(&mesh, ROUNDS * factor * factor);
     if smoothed.iter().all(Option::is_none) {
         return mesh;
     }
