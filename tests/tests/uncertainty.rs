@@ -78,7 +78,8 @@ fn without_calibration(path: &Path) {
         let median = |part: &str| found[part]["median"].as_f64().unwrap();
         assert!(median("measured") > 0.0 && median("measured") < median("inferred"), "{found}");
     }
-    let header = |name: &str| String::from_utf8_lossy(&std::fs::read(path.join(name)).unwrap()[..900]).into_owned();
+    let header =
+        |name: &str| String::from_utf8_lossy(&std::fs::read(path.join(name)).unwrap()[..900]).into_owned();
     assert!(header("a.ply").contains("property float expected_error\n"));
     assert!(!header("a.ply").contains("a guess") && header("b.ply").contains("a guess"));
     let both = ["train", "heads", "-o", "x.lacuna", "--no-calibration", "--leave-one-out"];
@@ -89,7 +90,8 @@ fn without_calibration(path: &Path) {
 fn real_faces_state_errors_that_hold_for_other_faces() {
     let Some(faces) = real_data("faces/train") else { return };
     let folder = tempfile::tempdir().unwrap();
-    let names: Vec<String> = (0..30).map(|i| faces.join(format!("train_{i:03}.ply")).display().to_string()).collect();
+    let names: Vec<String> =
+        (0..30).map(|i| faces.join(format!("train_{i:03}.ply")).display().to_string()).collect();
     let mut arguments = vec!["train", "-o", "face.lacuna", "--spacing", "3.3"];
     arguments.extend(names.iter().map(String::as_str));
     succeeds(folder.path(), &arguments);
