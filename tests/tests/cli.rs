@@ -23,7 +23,7 @@ fn complete_without_arguments_writes_mesh_and_picture() {
     assert!(mesh.triangles.len() > 1000);
     let picture = std::fs::read(folder.path().join("completed.png")).unwrap();
     assert!(picture.starts_with(b"\x89PNG\r\n\x1a\n"));
-    for word in ["verdict", "inliers", "seen part", "inferred part", "weights"] {
+    for word in ["verdict", "inliers", "seen part", "inferred part", "expected error", "weights"] {
         assert!(text.contains(word), "{word} is not reported:\n{text}");
     }
 }
@@ -35,7 +35,7 @@ fn complete_labels_every_vertex_measured_or_inferred() {
     let file = std::fs::read(folder.path().join("completed.ply")).unwrap();
     let end = file.windows(11).position(|w| w == b"end_header\n").expect("a PLY header");
     let header = String::from_utf8_lossy(&file[..end]);
-    for property in ["red", "label", "distance"] {
+    for property in ["red", "label", "distance", "expected_error"] {
         assert!(header.contains(&format!(" {property}\n")), "{property} is missing:\n{header}");
     }
     let (measured, all) = (&report["measured_vertices"], &report["vertices"]);

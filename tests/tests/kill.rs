@@ -17,7 +17,8 @@ struct Job {
 }
 
 fn jobs() -> Vec<Job> {
-    let train = vec!["train", "heads", "-o", "m.lacuna", "--spacing", "12", "--align", "never"];
+    let train =
+        vec!["train", "heads", "-o", "m.lacuna", "--spacing", "12", "--align", "never", "--no-calibration"];
     let complete = vec!["complete", "--no-picture", "-o", "completed.ply", "--finer", "1"];
     let evaluate = vec![
         "evaluate",

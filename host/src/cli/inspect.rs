@@ -1,9 +1,10 @@
 //! `lacuna inspect`.
 
+use super::train::expected_error;
 use super::{Common, Failure, inputs, say};
 use crate::sentence::sentence;
 use crate::{io, modes, unit};
-use lacuna::format::{Header, Symmetry};
+use lacuna::format::{Calibration, Header, Symmetry};
 use lacuna::{Fixed, Model, Schedule, Sizes, schedule};
 use std::path::PathBuf;
 
@@ -51,6 +52,7 @@ struct Report<'a> {
     fit_bytes: usize,
     fit_bytes_with_momentum: usize,
     pose_bytes: usize,
+    calibration: Option<&'a Calibration>,
 }
 
 #[derive(serde::Serialize)]
@@ -113,6 +115,7 @@ fn report<'a>(model: &'a Model<'_>, bytes: usize) -> Result<Report<'a>, Failure>
         fit_bytes: sizes.bytes::<Fixed>(),
         fit_bytes_with_momentum: required(179)?.bytes::<Fixed>(),
         pose_bytes: lacuna::pose_fit::sums_len(modes) * 12 + (lacuna::pose_fit::row_len(modes) + modes) * 4,
+        calibration: model.calibration(),
     })
 }
 
@@ -166,4 +169,5 @@ fn tell(r: &Report<'_>) {
     ));
     let deviations: Vec<String> = r.deviations.iter().map(|d| format!("{d:.2}")).collect();
     say(&format!("deviations      {} {} rms", deviations.join(" "), r.unit));
+    say(&expected_error(r.calibration));
 }

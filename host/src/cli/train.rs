@@ -234,7 +234,8 @@ impl Train {
     }
 }
 
-fn expected_error(calibration: Option<&Calibration>) -> String {
+/// How well the expected errors hold, as a line of text.
+pub(super) fn expected_error(calibration: Option<&Calibration>) -> String {
     let Some(c) = calibration else { return "expected error  not calibrated".into() };
     let [measured, inferred] = c.shares.map(|share| format!("{:.0} %", 100.0 * share));
     format!(

@@ -3,7 +3,7 @@
 //! A one-sigma error is the quantile [`SHARE`] of the true ones. The quantile that a function of the cues should be is
 //! where the mean of the tilted loss ρ(r) = max(τ r, (τ - 1) r), r = log error - log stated, τ = [`SHARE`], is least
 //! (Koenker & Bassett 1978); logarithms, so that small errors count as much as large ones. The minimum is searched
-//! constant by constant. How well it does is measured on the scans of shapes it was not fitted to.
+//! constant by constant; then all errors are scaled so that the scan in the middle has that share. How well it does is measured on the scans of shapes it was not fitted to.
 
 use super::held_out::{HeldOut, Trial, trials};
 use super::prepared::Prepared;
@@ -139,13 +139,15 @@ impl Samples {
     }
 }
 
-/// The constants that go through the quantile of the samples' errors.
+/// The constants that go through the quantile of the errors of the typical scan.
 fn fitted(samples: &[&Samples], start: &Calibration) -> Option<Calibration> {
-    let noise = quantile(samples.iter().flat_map(|s| s.noise.iter().map(|&e| f64::from(e))))?;
+    let noise = middle(samples.iter().filter_map(|s| quantile(s.noise.iter().map(|&e| f64::from(e)))))?;
     let inferred: Vec<(Cue, f32)> = samples.iter().flat_map(|s| s.inferred.iter().copied()).collect();
     let constants = least(&inferred, &Calibration { noise: noise as f32, ..*start });
-    // The least loss is near the quantile, this is on it.
-    let factor = quantile(inferred.iter().map(|(cue, error)| ratio(&constants, cue, *error)))?.exp() as f32;
+    // The least loss gives the shape of the function. Its level is that of the scan in the middle: a few scans that
+    // went wrong as a whole would raise it for all others.
+    let level = |s: &&Samples| quantile(s.inferred.iter().map(|(cue, error)| ratio(&constants, cue, *error)));
+    let factor = libm::exp(middle(samples.iter().filter_map(level))?) as f32;
     Some(Calibration {
         seam: constants.seam * factor,
         posterior: constants.posterior * factor,
@@ -157,6 +159,13 @@ fn fitted(samples: &[&Samples], start: &Calibration) -> Option<Calibration> {
 /// log error - log stated.
 fn ratio(constants: &Calibration, cue: &Cue, error: f32) -> f64 {
     libm::log(f64::from(error.max(NONE)) / f64::from(expected(constants, cue, 0.0)))
+}
+
+/// The median; `None` of nothing.
+fn middle(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    crate::evaluate::quantile(&values, 0.5)
 }
 
 /// The quantile [`SHARE`]; `None` of nothing.

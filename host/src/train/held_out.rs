@@ -96,7 +96,8 @@ pub fn trial(model: &Model<'_>, shape: &Mesh, number: usize, kind: Kind) -> Opti
     let Partial { mesh, missing } = partial(shape, kind, seed);
     let hint = Hint::Rough(roughly(model, &mesh, seed)?);
     let schedule = Schedule { stride: model.header().stride, momentum: 0, passes: &schedule::DEFAULT };
-    let options = Options { hint, seed, schedule, finer: 1 };
+    // As users get it: on a coarser surface the seam, from which the ways are measured, lies elsewhere.
+    let options = Options { hint, seed, schedule, finer: 2 };
     let completion = complete::<Fixed>(model, &mesh, &options).ok()?;
     if completion.cues.is_empty() {
         return None;

@@ -34,7 +34,8 @@ pub fn cues(
     fit: &Fit,
     merged: &Merged,
 ) -> Option<Vec<Cue>> {
-    let posed = !fit.shape.is_empty();
+    // Where the pose was taken as it is, no weights were estimated with it.
+    let posed = fit.shape.iter().any(|&weight| weight != 0.0);
     let global = || fit.global.iter().map(|&w| w as f32).collect();
     let weights: Vec<f32> = if posed { fit.shape.clone() } else { global() };
     let posterior = Posterior::new(model, points, &placed.pose, &weights, posed)?;
