@@ -49,7 +49,8 @@ struct Results {
     local: Vec<f64>,
 }
 
-/// Runs a case through all rungs. Without training volumes rung 1 is left out, 1f stays.
+/// Runs a case through all rungs. Without training volumes rung 1 is left out, 1f stays. The reference has no mirror
+/// prior: a model that has one runs through rungs 2 and 3 only.
 ///
 /// # Errors
 /// A case or a schedule that the core refuses.
@@ -80,7 +81,7 @@ fn run(
     let (float, fixed) = (core_results(&model, &float_fit), core_results(&model, &fixed_fit));
     let scale = Scale::of(&model);
     let mut comparisons = vec![];
-    if reference {
+    if reference && model.symmetry().is_none() {
         let file = decode::model(&model);
         if let Some(volumes) = &case.volumes {
             let trained = decode::trained(volumes, &file);

@@ -46,19 +46,45 @@ pub struct Class {
     pub kind: Kind,
     /// Seed of heads and scan.
     pub seed: u64,
+    /// Whether the model has the class's plane of symmetry, and the fit the mirror prior.
+    pub symmetric: bool,
 }
 
 impl Class {
     /// Eight heads at 8 mm, seven modes, a node every second voxel, a scan from the front.
-    pub const SMALL: Self =
-        Self { name: "small", shapes: 8, spacing_mm: 8.0, stride: 2, kind: Kind::Front, seed: 42 };
+    pub const SMALL: Self = Self {
+        name: "small",
+        shapes: 8,
+        spacing_mm: 8.0,
+        stride: 2,
+        kind: Kind::Front,
+        seed: 42,
+        symmetric: false,
+    };
 }
 
 /// The classes that are trained on the spot, small enough for the dense reference.
-pub const CLASSES: [Class; 3] = [
+pub const CLASSES: [Class; 4] = [
     Class::SMALL,
-    Class { name: "side", shapes: 6, spacing_mm: 9.0, stride: 3, kind: Kind::Side, seed: 7 },
-    Class { name: "stitched", shapes: 7, spacing_mm: 10.0, stride: 1, kind: Kind::Stitched, seed: 11 },
+    Class { name: "side", shapes: 6, spacing_mm: 9.0, stride: 3, kind: Kind::Side, seed: 7, ..Class::SMALL },
+    Class {
+        name: "mirror",
+        shapes: 6,
+        spacing_mm: 9.0,
+        stride: 3,
+        kind: Kind::Side,
+        seed: 7,
+        symmetric: true,
+    },
+    Class {
+        name: "stitched",
+        shapes: 7,
+        spacing_mm: 10.0,
+        stride: 1,
+        kind: Kind::Stitched,
+        seed: 11,
+        ..Class::SMALL
+    },
 ];
 impl Case {
     /// The case for [`Class::SMALL`].
@@ -76,8 +102,12 @@ impl Case {
     pub fn synthetic(class: &Class) -> Result<Self, Error> {
         let heads: Vec<Mesh> =
             (0..class.shapes).into_par_iter().map(|i| Head::sample(class.seed, i).mesh()).collect();
-        let settings =
-            Settings { spacing: Some(class.spacing_mm), stride: Some(class.stride), ..Settings::default() };
+        let settings = Settings {
+            spacing: Some(class.spacing_mm),
+            stride: Some(class.stride),
+            symmetric: class.symmetric,
+            ..Settings::default()
+        };
         let file = train(&heads, &settings, &|_, _| ())?;
         let model = Model::from_bytes(&file)?;
         let truth = Head::sample(class.seed, class.shapes).mesh();
