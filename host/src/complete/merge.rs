@@ -18,8 +18,8 @@ pub const INFERRED: u8 = 0;
 const FADE: f64 = 0.92;
 /// Rings the motion is carried.
 const RINGS: usize = 40;
-/// Times measured vertices that make a step at the seam are given up.
-const YIELDS: usize = 12;
+/// Times measured vertices that make a step at the seam are given up at most; seen: 16.
+const YIELDS: usize = 30;
 
 /// The completed mesh.
 #[derive(Clone, Debug, Default)]

@@ -56,7 +56,7 @@ mod tests {
         (0..400).filter(|&v| inner(v)).for_each(|v| rough.points[v].z = if v % 3 == 0 { 0.4 } else { -0.2 });
         let faired = fair(&rough, 10);
         let highest = |mesh: &Mesh| mesh.points.iter().map(|p| p.z.abs()).fold(0.0, f64::max);
-        assert!(highest(&faired) < 0.1 * highest(&rough), "{}", highest(&faired));
+        assert!(highest(&faired) < 0.2 * highest(&rough), "{}", highest(&faired));
         (0..400).filter(|&v| !inner(v)).for_each(|v| assert_eq!(faired.points[v], flat.points[v]));
     }
 
