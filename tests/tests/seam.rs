@@ -16,7 +16,7 @@ const STEP_MM: f64 = 0.3;
 /// 99 % of the inferred edges bend by less in the median scan, degrees.
 const BEND: f64 = 28.0;
 /// Length of the rim over its length when smoothed over 10 mm: a smooth one is at 1.01, corners shrink.
-const ROUGHNESS: f64 = 1.03;
+const ROUGHNESS: f64 = 1.027;
 const WIDTH_MM: f64 = 10.0;
 
 fn completed(model: &Model<'_>, scan: &Mesh) -> Completion {
