@@ -4,7 +4,6 @@
 //! brought to fixed point for each such group; then a product of the basis, four corners at a time, is one integer
 //! multiply-add.
 
-use crate::format::MAX_MODES;
 use crate::model::Brick;
 use crate::sample::power;
 
@@ -14,9 +13,8 @@ const SHARE: f32 = (1 << 20) as f32;
 const WEIGHT: f32 = (1 << 17) as f32;
 /// Corners taken at a time.
 const LANES: usize = 4;
-
-/// Numbers of the modes.
-pub type Lane = [i32; MAX_MODES as usize];
+/// Modes taken at a time.
+const MODES: usize = 32;
 
 /// Corners in one brick.
 #[derive(Clone, Copy, Debug)]
@@ -51,15 +49,26 @@ impl<'a> Corners<'a> {
         })
     }
 
-    /// Adds Σ b' v to the value of each corner; `scaled` is scratch.
+    /// Adds Σ b' v to the value of each corner.
     #[inline(never)]
-    pub fn add_sums(&self, weights: &[f32], scaled: &mut Lane, values: &mut [f32; 8]) {
-        for ((scaled, &weight), &exponent) in scaled.iter_mut().zip(weights).zip(self.exponents) {
+    pub fn add_sums(&self, weights: &[f32], values: &mut [f32; 8]) {
+        for (part, weights) in weights.chunks(MODES).enumerate() {
+            self.add_part(part * MODES, weights, values);
+        }
+    }
+
+    /// The same for the modes from `first` on.
+    fn add_part(&self, first: usize, weights: &[f32], values: &mut [f32; 8]) {
+        let mut scaled = [0; MODES];
+        let exponents = self.exponents.get(first..).unwrap_or(&[]);
+        for ((scaled, &weight), &exponent) in scaled.iter_mut().zip(weights).zip(exponents) {
             *scaled = (weight * (WEIGHT * power(exponent))) as i32;
         }
         let scaled = scaled.get(..weights.len()).unwrap_or(&[]);
         for (quad, bases) in self.quads() {
-            for (&(number, _), sum) in quad.iter().zip(dots(scaled, bases)) {
+            for (&(number, _), sum) in
+                quad.iter().zip(dots(scaled, bases.map(|basis| basis.get(first..).unwrap_or(&[]))))
+            {
                 if let Some(value) = values.get_mut(usize::from(number)) {
                     *value += sum as f32 / WEIGHT;
                 }
@@ -67,17 +76,26 @@ impl<'a> Corners<'a> {
         }
     }
 
-    /// Adds Σ share · b' of the corners to each mode; `sums` is scratch.
+    /// Adds Σ share · b' of the corners to each mode.
     #[inline(never)]
-    pub fn add_modes(&self, shares: &[f32; 8], sums: &mut Lane, modes: &mut [f32]) {
-        let sums = sums.get_mut(..modes.len()).unwrap_or(&mut []);
-        sums.fill(0);
+    pub fn add_modes(&self, shares: &[f32; 8], modes: &mut [f32]) {
+        for (part, modes) in modes.chunks_mut(MODES).enumerate() {
+            self.combine_part(part * MODES, shares, modes);
+        }
+    }
+
+    /// The same for the modes from `first` on.
+    fn combine_part(&self, first: usize, shares: &[f32; 8], modes: &mut [f32]) {
+        let mut sums = [0; MODES];
+        let sums = sums.get_mut(..modes.len()).unwrap_or_default();
+        let exponents = self.exponents.get(first..).unwrap_or(&[]);
         for (quad, bases) in self.quads() {
             let share =
                 |&(number, _): &(u8, &[u8])| shares.get(usize::from(number)).map(|s| (s * SHARE) as i32);
+            let bases = bases.map(|basis| basis.get(first..).unwrap_or(&[]));
             combine(sums, core::array::from_fn(|i| quad.get(i).and_then(share).unwrap_or(0)), bases);
         }
-        for ((mode, &sum), &exponent) in modes.iter_mut().zip(sums.iter()).zip(self.exponents) {
+        for ((mode, &sum), &exponent) in modes.iter_mut().zip(sums.iter()).zip(exponents) {
             *mode += sum as f32 * (power(exponent) / SHARE);
         }
     }
