@@ -122,3 +122,32 @@ fn combine(sums: &mut [i32], [p, q, r, s]: [i32; LANES], [a, b, c, d]: [&[u8]; L
         *sum = sum.wrapping_add(front.wrapping_add(back));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 45 modes are more than are taken at a time, six corners more than four.
+    #[test]
+    fn integer_sums_are_those_of_floats() {
+        let exponents: [u8; 45] = core::array::from_fn(|k| 5 + (k % 6) as u8);
+        let bases: [[u8; 45]; 6] =
+            core::array::from_fn(|c| core::array::from_fn(|k| (c * 41 + k * 89 + 3) as u8));
+        let mut corners = Corners { exponents: &exponents, members: [(0, &[]); 8], count: 0 };
+        bases.iter().enumerate().for_each(|(c, basis)| corners.push(c as u8 + 1, basis));
+        let value = |c: usize, k: usize| f32::from(bases[c][k] as i8) * power(exponents[k]);
+
+        let weights: [f32; 45] = core::array::from_fn(|k| libm::sinf(k as f32) * 3.0);
+        let mut values = [0.5; 8];
+        corners.add_sums(&weights, &mut values);
+        let exact = |c: usize| 0.5 + (0..45).map(|k| value(c, k) * weights[k]).sum::<f32>();
+        assert!((0..6).all(|c| (values[c + 1] - exact(c)).abs() < 5e-3), "{values:?}");
+        assert_eq!((values[0], values[7]), (0.5, 0.5));
+
+        let shares = [0.9, 0.05, 0.15, 0.2, 0.1, 0.3, 0.2, 0.9];
+        let mut modes = [0.25; 45];
+        corners.add_modes(&shares, &mut modes);
+        let exact = |k: usize| 0.25 + (0..6).map(|c| shares[c + 1] * value(c, k)).sum::<f32>();
+        assert!((0..45).all(|k| (modes[k] - exact(k)).abs() < 1e-4), "{modes:?}");
+    }
+}
