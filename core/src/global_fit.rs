@@ -89,15 +89,26 @@ impl<'m, 'b> GlobalFit<'m, 'b> {
 
     fn add_brick(&mut self, brick: &Brick<'_>) {
         self.block.fill(0);
-        let mut any = false;
+        let (mut any, mut waiting) = (false, None);
         for voxel in 0..brick.voxels() {
             let target = self.hull.target(brick.first + voxel);
-            if target.weight() != 0 {
-                let residual = i32::from(target.distance()) - i32::from(brick.mean(voxel));
-                let residual = residual.clamp(-RESIDUAL_LIMIT, RESIDUAL_LIMIT);
-                add_voxel(self.block, brick.basis(voxel), target.weight(), residual);
-                any = true;
+            if target.weight() == 0 {
+                continue;
             }
+            let residual = i32::from(target.distance()) - i32::from(brick.mean(voxel));
+            let residual = residual.clamp(-RESIDUAL_LIMIT, RESIDUAL_LIMIT);
+            let equation = Equation { basis: brick.basis(voxel), weight: target.weight(), residual };
+            any = true;
+            waiting = match waiting {
+                None => Some(equation),
+                Some(before) => {
+                    add_pair(self.block, &before, &equation);
+                    None
+                }
+            };
+        }
+        if let Some(last) = waiting {
+            add_pair(self.block, &last, &Equation { weight: 0, ..last });
         }
         if any {
             fold(self.normal, self.block, brick.exponents());
@@ -120,20 +131,35 @@ impl<'m, 'b> GlobalFit<'m, 'b> {
     }
 }
 
-/// Adds W b bᵀ and W b (t - M) of one voxel: at most 512 · 16 · 127 · 2047 < 2³¹ in a brick.
-#[inline]
-fn add_voxel(block: &mut [i32], basis: &[u8], weight: i32, residual: i32) {
+/// What a voxel asks for.
+#[derive(Clone, Copy)]
+struct Equation<'a> {
+    basis: &'a [u8],
+    weight: i32,
+    /// t - M.
+    residual: i32,
+}
+
+/// Adds W b bᵀ and W b (t - M) of two voxels, so that each sum is loaded and stored once for both: at most
+/// 512 · 16 · 127 · 2047 < 2³¹ in a brick.
+#[inline(never)]
+fn add_pair(block: &mut [i32], first: &Equation<'_>, second: &Equation<'_>) {
+    let signed = |b: u8| i32::from(b as i8);
+    let add = |sum: &mut i32, [p, q]: [i32; 2], [a, b]: [i32; 2]| {
+        *sum = sum.wrapping_add(p.wrapping_mul(a)).wrapping_add(q.wrapping_mul(b));
+    };
     let mut rest = block;
-    for (i, &b) in basis.iter().enumerate() {
+    for (i, (&a, &b)) in first.basis.iter().zip(second.basis).enumerate() {
         let Some((row, tail)) = rest.split_at_mut_checked(i + 1) else { return };
-        let scaled = i32::from(b as i8) * weight;
-        for (sum, &other) in row.iter_mut().zip(basis) {
-            *sum = sum.wrapping_add(scaled.wrapping_mul(i32::from(other as i8)));
+        let scaled = [signed(a) * first.weight, signed(b) * second.weight];
+        for ((sum, &a), &b) in row.iter_mut().zip(first.basis).zip(second.basis) {
+            add(sum, scaled, [signed(a), signed(b)]);
         }
         rest = tail;
     }
-    for (sum, &b) in rest.iter_mut().zip(basis) {
-        *sum = sum.wrapping_add((i32::from(b as i8) * weight).wrapping_mul(residual));
+    let scaled = [first.weight * first.residual, second.weight * second.residual];
+    for ((sum, &a), &b) in rest.iter_mut().zip(first.basis).zip(second.basis) {
+        add(sum, scaled, [signed(a), signed(b)]);
     }
 }
 

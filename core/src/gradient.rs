@@ -58,11 +58,16 @@ impl<'c, A: Arithmetic> Shares<'c, A> {
         self.transpose(brick, group * GROUP);
         let shares = self.corners.get(..self.count).unwrap_or(&[]);
         let exponents = brick.exponents().get(group * GROUP..).unwrap_or(&[]);
-        for (mode, (lane, &exponent)) in self.lanes.iter().zip(exponents).enumerate() {
-            for (sum, place) in dots::<A>(lane, shares).into_iter().zip(places) {
-                if let Some(slot) = gradient.get_mut(place + mode) {
-                    *slot = A::add(*slot, A::to_node(sum, exponent, kernel));
-                }
+        let mut sums = [[A::Sum::default(); 8]; GROUP];
+        for (sums, (lane, &exponent)) in sums.iter_mut().zip(self.lanes.iter().zip(exponents)) {
+            *sums = dots::<A>(lane, shares).map(|sum| A::to_node(sum, exponent, kernel));
+        }
+        let modes = exponents.len().min(GROUP);
+        for (corner, place) in places.into_iter().enumerate() {
+            let slots =
+                gradient.get_mut(place..).and_then(|slots| slots.get_mut(..modes)).unwrap_or_default();
+            for (slot, sums) in slots.iter_mut().zip(&sums) {
+                *slot = A::add(*slot, sums.get(corner).copied().unwrap_or_default());
             }
         }
     }

@@ -1,7 +1,6 @@
 //! Trilinear samples of the mean and the modes at a continuous position.
 
 use crate::corners::Corners;
-use crate::format::MAX_MODES;
 use crate::model::Model;
 
 /// Lowest corner of a cell and the position within it, each coordinate within 0..1.
@@ -85,28 +84,46 @@ pub fn band(
     // Bit i: along axis i the second corner lies in the next brick.
     let [x, y, z] = low.map(|v| usize::from(v + 1 == edge));
     let crossing = x | y << 1 | z << 2;
-    let (mut values, mut scratch) = ([0.0f32; 8], [0; MAX_MODES as usize]);
+    let mut values = [0.0f32; 8];
     if let Some(modes) = modes.as_deref_mut() {
         modes.fill(0.0);
     }
     for group in (0..8).filter(|group| group & !crossing == 0) {
         let brick = model.brick_at(place.position(group))?;
         let mut corners = Corners::new(&brick);
-        for (c, value) in values.iter_mut().enumerate().filter(|(c, _)| c & crossing == group) {
+        // Two corners along x are a pair: one row, and mostly two voxels side by side.
+        for (pair, values) in values.as_chunks_mut::<2>().0.iter_mut().enumerate() {
+            let second = pair << 1;
+            if second & crossing != group & 6 {
+                continue;
+            }
             let within = |axis: usize, low: u8| {
-                let second = (c >> axis & 1) as u8;
+                let second = (second >> axis & 1) as u8;
                 if crossing >> axis & 1 == 0 { low + second } else { low * (1 - second) }
             };
             let [x, y, z] = low;
-            let voxel = brick.row(within(1, y), within(2, z)).voxel(within(0, x))?;
-            *value = f32::from(brick.mean(voxel)) / 256.0;
-            corners.push(c as u8, brick.basis(voxel));
+            let row = brick.row(within(1, y), within(2, z));
+            let x = if group & 1 == 0 { x } else { 0 };
+            let voxel = row.voxel(x)?;
+            let mut take = |c: usize, voxel: usize| {
+                if let Some(value) = values.get_mut(c) {
+                    *value = f32::from(brick.mean(voxel)) / 256.0;
+                    corners.push((second | c) as u8, brick.basis(voxel));
+                }
+            };
+            take(group & 1, voxel);
+            if crossing & 1 == 0 {
+                if row.mask >> x & 2 == 0 {
+                    return None;
+                }
+                take(1, voxel + 1);
+            }
         }
         if !weights.is_empty() {
-            corners.add_sums(weights, &mut scratch, &mut values);
+            corners.add_sums(weights, &mut values);
         }
         if let Some(modes) = modes.as_deref_mut() {
-            corners.add_modes(&place.weights(), &mut scratch, modes);
+            corners.add_modes(&place.weights(), modes);
         }
     }
     Some(place.interpolate(&values))
