@@ -39,7 +39,7 @@ pub(super) fn sides(lengths: [f64; 3], spacing: f64, brick: usize) -> Result<[us
         let voxels = (length / spacing).min(2.0 * MOST).ceil() as usize + 1;
         voxels.div_ceil(brick) * brick
     });
-    if !(longest <= MOST) || sides.iter().any(|&side| side as f64 > MOST) {
+    if longest.is_nan() || longest > MOST || sides.iter().any(|&side| side as f64 > MOST) {
         return Err(Error::TooFine { spacing, voxels: longest });
     }
     Ok(sides)
