@@ -33,6 +33,14 @@ struct Report {
 /// A pose that explains less of the scan is looked into.
 const DOUBTFUL: f64 = 0.5;
 
+/// What a pose that explains hardly anything means: as for the verdict of a completion.
+fn strange(inliers: f64) -> Option<String> {
+    let text = || {
+        format!("the best pose explains only {:.0} % of the scan: another kind of object?", 100.0 * inliers)
+    };
+    (inliers < 0.25).then(text)
+}
+
 impl Register {
     /// Runs the subcommand.
     pub fn run(&self, common: &Common) -> Result<(), Failure> {
@@ -60,7 +68,7 @@ impl Register {
             inlier_share: found.inliers,
             runner_up: found.runner_up,
             seconds,
-            notes: notes.into_iter().chain(advice).collect(),
+            notes: notes.into_iter().chain(advice).chain(strange(found.inliers)).collect(),
         };
         if common.json {
             say(&serde_json::to_string_pretty(&report)?);

@@ -117,7 +117,7 @@ pub enum Error {
     Spacing(f64),
     /// More memory than allowed.
     #[error(
-        "the volumes of {shapes} shapes may need {needed} bytes of memory, --max-memory allows {limit}: choose a \
+        "meshes and volumes of {shapes} shapes may need {needed} bytes of memory, --max-memory allows {limit}: choose a \
          larger --spacing, use fewer shapes, or allow more"
     )]
     Memory {
