@@ -1,7 +1,9 @@
 //! Training: meshes of one shape class become a model file.
 
 pub mod align;
+pub mod deform;
 pub mod distance;
+pub mod generalised;
 pub mod line_of_sight;
 pub mod model_file;
 pub mod pca;
