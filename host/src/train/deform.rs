@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! q' = q + Σ c_k φ_k(q),  φ all monomials up to degree 3 of (q - centre) / (size / 2)
-//! (JᵀWJ + λ Σw I) δ = -(JᵀW d + λ Σw c),  row = [n φ_k],  w = (1 - (d / τ)²)²,  λ = 0.0002
+//! (JᵀWJ + λ Σw I) δ = -(JᵀW d + λ Σw c),  row = [n φ_k],  w = (1 - (d / τ)²)²,  λ = 0.0003
 //! ```
 //!
 //! Ten faces, compared with generalised Procrustes analysis of corresponding vertices: a similarity alone ends up to 4.9
@@ -22,7 +22,7 @@ use nalgebra::{DMatrix, DVector, Similarity3};
 const DEGREE: usize = 3;
 const TERMS: usize = 20;
 /// Prior λ of a coefficient, voxel⁻².
-const PRIOR: f64 = 2e-4;
+const PRIOR: f64 = 3e-4;
 /// Gauss-Newton steps.
 const STEPS: usize = 4;
 /// Distance beyond which a point does not count, class millimetres.
