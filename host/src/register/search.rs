@@ -1,10 +1,10 @@
 //! Coarse registration: random point pairs for a few scales, and every good guess drawn to the surface.
 //!
 //! Guesses come as in the paper's section 3.1, from pairs of oriented points with equal relations in a loop over
-//! the scale. How well one matches is what it explains times f, because shrinking a scan always finds more
-//! points near the surface; the paper's f² prefers poses that are a fifth too large for half a head. The best of every scale are drawn to the surface by a few Gauss-Newton steps and only
-//! then compared: next to a right guess that is ten degrees off, much of a scan with hair and collar looks
-//! better somewhere else.
+//! the scale. How well one matches is what it explains times f, because shrinking a scan always finds more points
+//! near the surface; the paper's f² prefers poses a fifth too large for half a head. The best of every scale are
+//! drawn to the surface by a few Gauss-Newton steps and only then compared: next to a right guess that is ten degrees
+//! off, much of a scan with hair and collar looks better somewhere else.
 
 use super::field::Field;
 use super::pairs::{Pair, Table};

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! Ten faces, compared with generalised Procrustes analysis of corresponding vertices: a similarity alone ends up to 4.9
-//! degrees and 3.6 % of scale away, degree 2 1.7 and 1.7, degree 3 1.5 and 1.9, degree 4 1.6 and 1.9.
+//! degrees and 3.6 % of scale away, degree 2 1.7 and 1.7, degree 3 1.6 and 1.9.
 
 use crate::mesh::{Point, Vector};
 use crate::points::OrientedPoints;
