@@ -159,8 +159,8 @@ impl Sums {
         for i in 0..7 {
             let scaled = weight * row[i];
             self.vector[i] -= scaled * distance;
-            for j in 0..=i {
-                self.matrix[(i, j)] += scaled * row[j];
+            for (j, other) in row.iter().enumerate().take(i + 1) {
+                self.matrix[(i, j)] += scaled * other;
             }
         }
         self.total += weight;
