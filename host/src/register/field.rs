@@ -75,6 +75,12 @@ impl Field {
         (field, 1.0 / spacing, -lattice.origin.coords / spacing)
     }
 
+    /// Distances at the nodes of a lattice, in its spacings, NaN where unknown; the class millimetre in spacings.
+    pub fn of_values(sides: [usize; 3], values: &[f32], millimetre: f64) -> Self {
+        let (samples, size) = on_surface(sides, values, millimetre);
+        Self { sides, edge: 1.0, cells: cells(sides, values), samples, size, millimetre }
+    }
+
     /// Distance and unit direction of the surface at `p`, to first order from the nearest cell; `None` where unknown.
     #[inline]
     pub fn at(&self, p: [f32; 3]) -> Option<(f32, [f32; 3])> {

@@ -27,14 +27,13 @@ pub fn refined(model: &Model<'_>, points: &OrientedPoints, candidates: &[Candida
     candidates.par_iter().filter_map(joint).collect()
 }
 
-/// The pose refined with about [`MANY`] of the points that may belong to the class, and the share of all points that
-/// are inliers. Every n-th point is taken: two poses that nearly agree are refined with the same points.
+/// The pose refined with about [`MANY`] of the points that may belong to the class, and what it explains of all points. Every n-th point is taken: two poses that nearly agree are refined with the same points.
 pub fn settled(
     model: &Model<'_>,
     field: &Field,
     points: &OrientedPoints,
     pose: Pose,
-) -> Result<(Pose, f64), lacuna::Error> {
+) -> Result<Scored, lacuna::Error> {
     let near = |p: &Point| {
         let read = field.at(pose.apply(p.coords.map(|c| c as f32).into()));
         read.is_some_and(|(distance, _)| distance.abs() < NEARBY * field.millimetre as f32)
@@ -48,7 +47,8 @@ pub fn settled(
         normals: chosen().map(|&i| points.normals[i]).collect(),
     };
     let refined = refine(model, &chosen, pose, &ROUNDS)?;
-    Ok((refined.pose, refined.inliers * near.len() as f64 / points.points.len().max(1) as f64))
+    let share = near.len() as f64 / points.points.len().max(1) as f64;
+    Ok(Scored { inliers: share * refined.inliers, explained: share * refined.explained, ..refined })
 }
 
 fn refine(
@@ -66,7 +66,7 @@ fn refine(
     let (pose, _, weights) = PoseFit::new(model, packed.cloud()?, usize::MAX, pose, rounds, buffers)?.run();
     let inliers = inlier_share(model, packed.cloud()?, &pose, weights);
     let factor = f64::from(pose.scale) * f64::from(model.header().spacing);
-    Ok(Scored { pose, explained: inliers * factor * factor, inliers })
+    Ok(Scored { pose, explained: inliers * factor, inliers })
 }
 
 /// Share of points that lie on the fitted surface and face its way.

@@ -21,6 +21,7 @@ use field::Field;
 use joint::{refined, settled};
 use lacuna::{Model, Pose};
 use rank::{Scored, convincing, next_best};
+use rayon::prelude::*;
 use search::Search;
 
 /// A scan's place in the model: q = pose(p - centre), in voxels.
@@ -112,6 +113,9 @@ pub fn prepare(scan: &Mesh, cell: f64) -> (Point, OrientedPoints) {
 const JOINT: usize = 8;
 /// Pairs drawn for each scale of the search: at first, and if that does not convince.
 const DRAWS: [usize; 2] = [300, 1500];
+/// Candidates that are refined with many points.
+const FINALS: usize = 3;
+
 /// Finds the pose of a scan.
 ///
 /// # Errors
@@ -133,9 +137,13 @@ pub fn register(model: &Model<'_>, scan: &Mesh, seed: u64) -> Result<Registratio
             break;
         }
     }
-    let Some(best) = ranked.first() else { return Err(Error::NoMatch) };
+    // What is best with few points need not be with many, for poses that are close together.
+    let finals: Result<Vec<Scored>, _> =
+        ranked.par_iter().take(FINALS).map(|other| settled(model, &field, &points, other.pose)).collect();
+    let best =
+        finals?.into_iter().reduce(|best, other| if other.explained > best.explained { other } else { best });
+    let Some(Scored { pose, inliers, .. }) = best else { return Err(Error::NoMatch) };
     let runner_up = next_best(&field, &ranked);
-    let (pose, inliers) = settled(model, &field, &points, best.pose)?;
     Ok(Registration { placed: Placed { centre, pose }, inliers, runner_up })
 }
 
@@ -146,7 +154,7 @@ pub fn register(model: &Model<'_>, scan: &Mesh, seed: u64) -> Result<Registratio
 pub fn refine_hint(model: &Model<'_>, scan: &Mesh, hint: &Placed) -> Result<Registration, Error> {
     let (centre, points) = prepare(scan, f64::from(model.header().spacing));
     let pose = Pose { translation: hint.to_model(&centre).coords.map(|c| c as f32).into(), ..hint.pose };
-    let (pose, inliers) = settled(model, &Field::of_model(model), &points, pose)?;
+    let Scored { pose, inliers, .. } = settled(model, &Field::of_model(model), &points, pose)?;
     Ok(Registration { placed: Placed { centre, pose }, inliers, runner_up: 0.0 })
 }
 

@@ -4,6 +4,7 @@
 //! the gate τ: what is farther is clutter, however far. A point deep within the body contradicts the pose.
 
 use super::field::Field;
+use crate::mesh::Point;
 use crate::points::OrientedPoints;
 use nalgebra::{SMatrix, SVector, Similarity3, Translation3, UnitQuaternion, Vector3};
 
@@ -62,6 +63,16 @@ impl Probe {
         Self { points, normals, mean: sum / chosen.len().max(1) as f64 }
     }
 
+    /// All points of a set, in their order.
+    pub fn of_all(set: &OrientedPoints) -> Self {
+        Self::new(set, &(0..set.points.len()).collect::<Vec<_>>())
+    }
+
+    /// Where the points' mean lies in a pose.
+    pub fn middle(&self, pose: &Similarity3<f64>) -> Point {
+        pose * Point::from(self.mean)
+    }
+
     /// What a pose explains, a share of the points; given up where it cannot reach `least` any more.
     pub fn explained(&self, field: &Field, pose: &Similarity3<f64>, gate: f64, least: f64) -> f64 {
         let motion = Motion::new(pose);
@@ -90,49 +101,90 @@ impl Probe {
 
     /// One Gauss-Newton step towards the surface, with scale; the same pose where there is nothing to hold on to.
     pub fn step(&self, field: &Field, pose: &Similarity3<f64>, gate: f64) -> Similarity3<f64> {
+        let mut sums = Sums::about(self.middle(pose));
+        self.add(field, pose, gate, &mut sums);
+        sums.moved(field, pose)
+    }
+
+    /// Adds the distances of these points, in a pose, from the surface.
+    pub fn add(&self, field: &Field, pose: &Similarity3<f64>, gate: f64, sums: &mut Sums) {
         let motion = Motion::new(pose);
         let gate = (gate * field.millimetre) as f32;
-        let centre = pose * nalgebra::Point3::from(self.mean);
-        let middle: [f32; 3] = centre.coords.map(|c| c as f32).into();
-        let (mut matrix, mut vector) = (SMatrix::<f32, 7, 7>::zeros(), SVector::<f32, 7>::zeros());
-        let mut total = 0.0f32;
         for (&p, &n) in self.points.iter().zip(&self.normals) {
             let q = motion.place(p);
             let Some((d, along)) = field.at(q) else { continue };
-            if d.abs() >= gate || dot(along, motion.direction(n)) < FACING {
-                continue;
+            if d.abs() < gate && dot(along, motion.direction(n)) > FACING {
+                // The last entry is the residual in units of the points: it stops the shrinking.
+                sums.add(q, along, [d, -d], gate);
             }
-            let rest = 1.0 - (d / gate) * (d / gate);
-            let weight = rest * rest;
-            let arm = [q[0] - middle[0], q[1] - middle[1], q[2] - middle[2]];
-            let turn = cross(arm, along);
-            // The last entry is the residual in scan units: it stops the shrinking.
-            let row = [turn[0], turn[1], turn[2], along[0], along[1], along[2], dot(arm, along) - d];
-            for i in 0..7 {
-                let scaled = weight * row[i];
-                vector[i] -= scaled * d;
-                for j in 0..=i {
-                    matrix[(i, j)] += scaled * row[j];
-                }
-            }
-            total += weight;
         }
-        if total < 8.0 {
+    }
+
+    /// Adds the distances of these points, which stay, from a surface in a pose: `pose` is that of the field.
+    pub fn add_back(&self, field: &Field, pose: &Similarity3<f64>, gate: f64, sums: &mut Sums) {
+        let (back, forth) = (Motion::new(&pose.inverse()), Motion::new(pose));
+        let (gate, scale) = ((gate * field.millimetre) as f32, pose.scaling() as f32);
+        for (&q, &n) in self.points.iter().zip(&self.normals) {
+            let Some((d, along)) = field.at(back.place(q)) else { continue };
+            let along = forth.direction(along);
+            if d.abs() < gate && dot(along, n) > FACING {
+                sums.add(q, along, [-d * scale, 0.0], gate * scale);
+            }
+        }
+    }
+}
+
+/// Sums of a Gauss-Newton step: turn about the centre, shift, growth.
+pub struct Sums {
+    matrix: SMatrix<f32, 7, 7>,
+    vector: SVector<f32, 7>,
+    total: f32,
+    centre: Point,
+}
+
+impl Sums {
+    /// Nothing yet; turns go about `centre`.
+    pub fn about(centre: Point) -> Self {
+        Self { matrix: SMatrix::zeros(), vector: SVector::zeros(), total: 0.0, centre }
+    }
+
+    /// A point at `q` whose distance from a surface changes along a direction, and what growth adds to that.
+    fn add(&mut self, q: [f32; 3], along: [f32; 3], [distance, growth]: [f32; 2], gate: f32) {
+        let [x, y, z]: [f32; 3] = self.centre.coords.map(|c| c as f32).into();
+        let arm = [q[0] - x, q[1] - y, q[2] - z];
+        let [a, b, c] = cross(arm, along);
+        let row = [a, b, c, along[0], along[1], along[2], dot(arm, along) + growth];
+        let ratio = distance / gate;
+        let weight = (1.0 - ratio * ratio) * (1.0 - ratio * ratio);
+        for i in 0..7 {
+            let scaled = weight * row[i];
+            self.vector[i] -= scaled * distance;
+            for (j, other) in row.iter().enumerate().take(i + 1) {
+                self.matrix[(i, j)] += scaled * other;
+            }
+        }
+        self.total += weight;
+    }
+
+    /// The pose after the step, of limited length; the same where there is nothing to hold on to.
+    pub fn moved(mut self, field: &Field, pose: &Similarity3<f64>) -> Similarity3<f64> {
+        if self.total < 8.0 {
             return *pose;
         }
         let arm = field.size as f32 * 0.1;
         for i in 0..7 {
-            matrix[(i, i)] += total * if i < 3 || i == 6 { 1e-3 * arm * arm } else { 1e-3 };
+            self.matrix[(i, i)] += self.total * if i < 3 || i == 6 { 1e-3 * arm * arm } else { 1e-3 };
         }
-        let Some(solved) = matrix.cholesky().map(|factor| factor.solve(&vector)) else { return *pose };
+        let Some(solved) = self.matrix.cholesky().map(|factor| factor.solve(&self.vector)) else {
+            return *pose;
+        };
         let limited =
             |v: Vector3<f32>, limit: f32| v.map(f64::from) * f64::from((limit / v.norm().max(1e-9)).min(1.0));
-        let turn = limited(solved.fixed_rows::<3>(0).into(), 0.25);
+        let turn = UnitQuaternion::from_scaled_axis(limited(solved.fixed_rows::<3>(0).into(), 0.25));
         let shift = limited(solved.fixed_rows::<3>(3).into(), 20.0 * field.millimetre as f32);
         let growth = f64::from(solved[6].clamp(-0.08, 0.08)).exp();
-        let turn = UnitQuaternion::from_scaled_axis(turn);
-        let from_centre = turn * (pose.isometry.translation.vector - centre.coords) * growth;
-        let translation = Translation3::from(centre.coords + shift + from_centre);
+        let from_centre = turn * (pose.isometry.translation.vector - self.centre.coords) * growth;
+        let translation = Translation3::from(self.centre.coords + shift + from_centre);
         Similarity3::from_parts(translation, turn * pose.isometry.rotation, pose.scaling() * growth)
     }
 }

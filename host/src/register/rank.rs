@@ -10,7 +10,7 @@ use lacuna::Pose;
 pub struct Scored {
     /// From the centred scan to voxels.
     pub pose: Pose,
-    /// Share of inliers times the squared scale: shrinking must not pay.
+    /// Share of inliers times the scale: shrinking must not pay.
     pub explained: f64,
     /// Share of the points that lie on the fitted surface and face its way.
     pub inliers: f64,

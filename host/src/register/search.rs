@@ -1,10 +1,10 @@
 //! Coarse registration: random point pairs for a few scales, and every good guess drawn to the surface.
 //!
 //! Guesses come as in the paper's section 3.1, from pairs of oriented points with equal relations in a loop over
-//! the scale. How well one matches is what it explains times f², because shrinking a scan always finds more
-//! points near the surface. The best of every scale are drawn to the surface by a few Gauss-Newton steps and only
-//! then compared: next to a right guess that is ten degrees off, much of a scan with hair and collar looks
-//! better somewhere else.
+//! the scale. How well one matches is what it explains times f, because shrinking a scan always finds more points
+//! near the surface; the paper's f² prefers poses a fifth too large for half a head. The best of every scale are
+//! drawn to the surface by a few Gauss-Newton steps and only then compared: next to a right guess that is ten degrees
+//! off, much of a scan with hair and collar looks better somewhere else.
 
 use super::field::Field;
 use super::pairs::{Pair, Table};
@@ -21,7 +21,7 @@ use rayon::prelude::*;
 pub struct Candidate {
     /// From the scan to the field's voxels.
     pub pose: Similarity3<f64>,
-    /// What it explains, class area over that of the scan if it had the class's mean size.
+    /// Share of the scan that it explains, times the scan's size in terms of the class's.
     pub quality: f64,
 }
 
@@ -87,7 +87,7 @@ impl<'a> Search<'a> {
             let pose = gates.iter().fold(candidate.pose, |pose, &gate| probe.step(self.field, &pose, gate));
             let factor = pose.scaling() / self.unit_scale;
             let gate = gates.last().copied().unwrap_or(GUESS);
-            Candidate { pose, quality: probe.explained(self.field, &pose, gate, f64::MIN) * factor * factor }
+            Candidate { pose, quality: probe.explained(self.field, &pose, gate, f64::MIN) * factor }
         };
         from.par_iter().map(settled).collect()
     }
@@ -106,16 +106,16 @@ impl<'a> Search<'a> {
                 let (_, a, b) = matches[if all { attempt } else { random.random_range(0..matches.len()) }];
                 let goal = Pair::of(&self.field.samples, usize::from(a), usize::from(b));
                 let Some(pose) = align(&pair, &goal, self.unit_scale * factor) else { continue };
-                self.judge(pose, factor * factor, &mut best);
+                self.judge(pose, factor, &mut best);
             }
         }
         best
     }
 
     /// Puts a guess among the best if it is one of them.
-    fn judge(&self, pose: Similarity3<f64>, squared: f64, best: &mut Vec<Candidate>) {
+    fn judge(&self, pose: Similarity3<f64>, factor: f64, best: &mut Vec<Candidate>) {
         let least = if best.len() < KEPT { 0.0 } else { best[best.len() - 1].quality };
-        let quality = self.probes[0].explained(self.field, &pose, GUESS, least / squared) * squared;
+        let quality = self.probes[0].explained(self.field, &pose, GUESS, least / factor) * factor;
         if quality > least {
             insert(best, Candidate { pose, quality }, self.field.size);
         }

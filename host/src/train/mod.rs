@@ -2,7 +2,9 @@
 
 pub mod align;
 pub mod calibration;
+pub mod deform;
 pub mod distance;
+pub mod generalised;
 pub mod grid;
 pub mod held_out;
 pub mod leave_one_out;
