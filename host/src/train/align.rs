@@ -6,7 +6,7 @@ use super::generalised::{Shape, towards_mean};
 use crate::mesh::{Mesh, Point};
 use crate::points::thin;
 use crate::register::field::Field;
-use crate::register::icp::{Side, icp};
+use crate::register::icp::{Outcome, Side, icp};
 use crate::register::search::Search;
 use nalgebra::{Similarity3, Translation3, UnitQuaternion};
 use rayon::prelude::*;
