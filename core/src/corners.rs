@@ -16,12 +16,14 @@ const LANES: usize = 4;
 /// Modes taken at a time.
 const MODES: usize = 32;
 
+/// A corner's number, 0..8, and its basis values.
+type Member<'a> = (u8, &'a [u8]);
+
 /// Corners in one brick.
 #[derive(Clone, Copy, Debug)]
 pub struct Corners<'a> {
     exponents: &'a [u8],
-    /// Number of the corner, 0..8, and its basis values.
-    members: [(u8, &'a [u8]); 8],
+    members: [Member<'a>; 8],
     count: usize,
 }
 
@@ -41,7 +43,7 @@ impl<'a> Corners<'a> {
     }
 
     /// Up to four corners at a time: their numbers, and their basis values, those of the first where there is none.
-    fn quads(&self) -> impl Iterator<Item = (&[(u8, &'a [u8])], [&'a [u8]; LANES])> {
+    fn quads(&self) -> impl Iterator<Item = (&[Member<'a>], [&'a [u8]; LANES])> {
         let members = self.members.get(..self.count).unwrap_or(&[]);
         members.chunks(LANES).map(|quad| {
             let first = quad.first().map_or(&[][..], |&(_, basis)| basis);
@@ -91,7 +93,7 @@ impl<'a> Corners<'a> {
         let exponents = self.exponents.get(first..).unwrap_or(&[]);
         for (quad, bases) in self.quads() {
             let share =
-                |&(number, _): &(u8, &[u8])| shares.get(usize::from(number)).map(|s| (s * SHARE) as i32);
+                |&(number, _): &Member<'_>| shares.get(usize::from(number)).map(|s| (s * SHARE) as i32);
             let bases = bases.map(|basis| basis.get(first..).unwrap_or(&[]));
             combine(sums, core::array::from_fn(|i| quad.get(i).and_then(share).unwrap_or(0)), bases);
         }
