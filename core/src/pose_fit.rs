@@ -57,7 +57,7 @@ pub struct Round {
 pub const ROUNDS: [Round; 3] = [
     Round { iterations: 4, misfit: 16.0, growth: false, shape: false },
     Round { iterations: 3, misfit: 8.0, growth: true, shape: false },
-    Round { iterations: 14, misfit: 2.5, growth: true, shape: true },
+    Round { iterations: 12, misfit: 2.5, growth: true, shape: true },
 ];
 
 /// Memory of a pose fit.
