@@ -48,6 +48,10 @@ fn contents(model: &Model<'_>) -> u32 {
             add(brick.basis(voxel));
         }
     }
+    if let Some(plane) = model.symmetry() {
+        let numbers = plane.normal.into_iter().chain([plane.offset, plane.deviation]);
+        numbers.for_each(|number| digest.add(&number.to_le_bytes()));
+    }
     if let Some(c) = model.calibration() {
         digest.add(&c.scans.to_le_bytes());
         let numbers = [c.noise, c.seam, c.posterior, c.posterior_way, c.residual, c.residual_way];
@@ -71,6 +75,7 @@ fn every_version_is_read_to_the_numbers_it_was_written_with() {
         assert!(outcome.inliers > scan.begin.points / 2, "{outcome:?}");
         assert_eq!(model.version(), expected);
         assert_eq!(model.calibration().is_some(), expected > 1, "the first version has none");
+        assert_eq!(model.symmetry().is_some(), expected > 1, "the first version has none");
     }
     assert_eq!(VERSIONS.len(), usize::from(VERSION), "the version that is written has a model here");
 }

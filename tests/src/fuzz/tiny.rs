@@ -9,8 +9,15 @@ use lacuna_host::verify::{Case, Class};
 use std::sync::OnceLock;
 
 /// Five heads, four modes, a node every second voxel.
-pub const CLASS: Class =
-    Class { name: "tiny", shapes: 5, spacing_mm: 20.0, stride: 2, kind: Kind::Front, seed: 21 };
+pub const CLASS: Class = Class {
+    name: "tiny",
+    shapes: 5,
+    spacing_mm: 20.0,
+    stride: 2,
+    kind: Kind::Front,
+    seed: 21,
+    symmetric: false,
+};
 
 /// The model and the scan, in its true pose.
 pub struct Tiny {
