@@ -140,6 +140,8 @@ pub trait Arithmetic: Copy {
     fn weight(sigma: f64) -> Self::Weight;
     /// A weight in standard deviations.
     fn sigma(weight: Self::Weight) -> f64;
+    /// A weight as the fixed-point fit keeps it, for digests.
+    fn stored(weight: Self::Weight) -> i16;
     /// V 2^-shift of a mode at the eight corners.
     fn corner_row(weights: [Self::Weight; 8], shift: u8) -> Self::Row;
     /// φ W e of a voxel for the eight corners, from its residual and its integer trilinear weights.
@@ -201,6 +203,11 @@ impl Arithmetic for Fixed {
 
     fn sigma(weight: i16) -> f64 {
         f64::from(weight) / f64::from(1 << WEIGHT_BITS)
+    }
+
+    #[inline(always)]
+    fn stored(weight: i16) -> i16 {
+        weight
     }
 
     #[inline(always)]
@@ -334,6 +341,10 @@ impl Arithmetic for Float {
 
     fn sigma(weight: f64) -> f64 {
         weight
+    }
+
+    fn stored(weight: f64) -> i16 {
+        Fixed::weight(weight)
     }
 
     fn corner_row(weights: [f64; 8], shift: u8) -> [f64; 8] {

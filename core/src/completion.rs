@@ -312,7 +312,7 @@ impl<'b, A: Arithmetic> Completion<'b, A> {
             Work::Hull(builder, _) => self.begin_global(builder),
             Work::Global(fit) => self.begin_local(fit),
             Work::Local(fit) => {
-                let weights = fit.weights().iter().map(|&w| fixed(A::sigma(w)));
+                let weights = fit.weights().iter().map(|&w| A::stored(w).to_le_bytes());
                 self.outcome.digests.local = digest(weights);
                 self.work = Work::Done(fit);
             }

@@ -150,10 +150,14 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         for (k, gain) in self.gains.iter_mut().enumerate().take(self.model.modes()) {
             *gain = libm::floorf(self.model.gain(k) * 256.0 + 0.5).clamp(1.0, 65535.0) as u16;
         }
-        for node in self.weights.chunks_exact_mut(self.model.modes().max(1)) {
-            for (value, &weight) in node.iter_mut().zip(weights) {
-                *value = A::weight(weight);
-            }
+        // Once converted and then copied: a conversion takes hundreds of instructions without a double precision unit.
+        let modes = self.model.modes().max(1);
+        let (first, others) = self.weights.split_at_mut(modes.min(self.weights.len()));
+        for (value, &weight) in first.iter_mut().zip(weights) {
+            *value = A::weight(weight);
+        }
+        for node in others.chunks_exact_mut(modes) {
+            node.iter_mut().zip(first.iter()).for_each(|(value, &weight)| *value = weight);
         }
         for (previous, &weight) in self.previous.iter_mut().zip(self.weights.iter()) {
             *previous = weight;

@@ -220,7 +220,9 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         for start in points.clone().step_by(PATCH) {
             self.add_patch(start..(start + PATCH).min(points.end), round);
         }
-        for (sum, &part) in self.buffers.normal.iter_mut().zip(self.buffers.chunk.iter()) {
+        // In the rigid rounds only the first sums are used, and adding in double precision is dear where it is soft.
+        let used = sums_len(if round.shape { self.model.modes() } else { 0 });
+        for (sum, &part) in self.buffers.normal.iter_mut().zip(self.buffers.chunk.iter()).take(used) {
             *sum += f64::from(part);
         }
     }
