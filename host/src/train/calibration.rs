@@ -73,7 +73,8 @@ pub fn calibrate(trials: &[Trial], millimetre: f32) -> Option<(Calibration, Vec<
     let half =
         |odd: bool| trials.iter().zip(&all).filter(move |(t, _)| (t.shape % 2 == 1) == odd).map(|(_, s)| s);
     let halves = [false, true].map(|odd| fitted(&half(odd).collect::<Vec<_>>(), &start));
-    let other = |trial: &Trial| halves[usize::from(trial.shape % 2 == 0)].as_ref().unwrap_or(&constants);
+    let other =
+        |trial: &Trial| halves[usize::from(trial.shape.is_multiple_of(2))].as_ref().unwrap_or(&constants);
     let counts: Vec<[Count; 2]> = trials.iter().map(|trial| counted(trial, other(trial))).collect();
     let total = counts.iter().fold([Count::default(); 2], |sum, c| [sum[0].and(c[0]), sum[1].and(c[1])]);
     let shares = counts.into_iter().map(|pair| pair.map(Count::share)).collect();
