@@ -4,7 +4,7 @@ use super::shapes::{self, Shapes};
 use super::train::{align_mode, positive};
 use super::{Common, Failure, bar, inputs, say};
 use crate::evaluate::{
-    Evaluation, Method, PoseMode, Record, Settings, Smooth, Solver, Spread, Summary, Target, figure, missed,
+    Evaluation, Method, PoseMode, Record, Settings, Smooth, Solver, Summary, Target, figure, missed,
 };
 use crate::io;
 use crate::mesh::Mesh;
@@ -267,12 +267,7 @@ impl Evaluate {
         ));
         for (count, models) in &summary.counts {
             for (model, row) in models {
-                say(&format!(
-                    "{count:6}  {:16} {:26} {}",
-                    model.to_string(),
-                    spread(&row.rms),
-                    spread(&row.p95)
-                ));
+                say(&format!("{count:6}  {:16} {:26} {}", model.to_string(), row.rms, row.p95));
             }
         }
         say(&format!("figure  {}", self.output.join("figure2.svg").display()));
@@ -302,12 +297,7 @@ impl Evaluate {
         say(&format!("method                        model    rms {unit:23} p95 {unit}, median [quartiles]"));
         for (name, summary) in &rows {
             for (model, row) in summary.counts.values().flatten() {
-                say(&format!(
-                    "{name:29} {:8} {:26} {}",
-                    model.to_string(),
-                    spread(&row.rms),
-                    spread(&row.p95)
-                ));
+                say(&format!("{name:29} {:8} {:26} {}", model.to_string(), row.rms, row.p95));
             }
         }
         Ok(())
@@ -328,10 +318,6 @@ fn tell(notes: &[String]) {
 /// A setting as text.
 fn json(value: &impl serde::Serialize) -> String {
     serde_json::to_string(value).unwrap_or_default().replace('"', "")
-}
-
-fn spread(of: &Spread) -> String {
-    format!("{:.3} [{:.3} {:.3}]", of.median, of.q1, of.q3)
 }
 
 /// Every single result.

@@ -13,13 +13,14 @@ pub mod verdict;
 use crate::fit::{Fit, fit};
 use crate::mesh::{Mesh, Point};
 use crate::points::OrientedPoints;
-use crate::register::spread::Spread;
 use crate::register::{self, Placed, prepare};
 use crate::sentence::sentence;
 use crate::surface::fair;
 use crate::train::distance::Surface;
 use crate::uncertainty::Expected;
 use crate::uncertainty::cues::{Cue, cues};
+use crate::uncertainty::posterior::Posterior;
+use crate::uncertainty::spread::{Spread, spread};
 use clutter::{APART, Clutter};
 use fuse::Dense;
 use lacuna::completion::Settings;
@@ -163,9 +164,15 @@ pub fn complete_by(
     let limits = Limits { motion: MOTION * unit, sideways: measured.sideways, step: STEP * unit };
     let merged = merge::merge(&fitted, &measured.surface, &limits);
     let clutter = Clutter::of(&scan, &merged.mesh, APART * unit);
-    let cues = cues(model, &points, &placed, &fit, &merged).unwrap_or_default();
+    // A given pose was not estimated, and no weights with it.
+    let posed = !start.rounds.is_empty();
+    let weights: Vec<f32> =
+        if posed { fit.shape.clone() } else { fit.global.iter().map(|&w| w as f32).collect() };
+    let posterior = Posterior::new(model, &points, &placed.pose, &weights, posed);
+    let cues = posterior.as_ref().map(|posterior| cues(posterior, &placed, &merged)).unwrap_or_default();
     let expected = Expected::new(&cues, model, placed.pose.scale);
-    let verdict = judge(model, &start, &placed, &fit, &merged, agreement);
+    let determined = posterior.as_ref().and_then(spread);
+    let verdict = judge(model, &start, &placed, &fit, &merged, (agreement, determined));
     Ok(Completion { scan, specks, placed, global, local, merged, cues, expected, clutter, fit, verdict })
 }
 
@@ -295,19 +302,13 @@ fn agreement(field: &Dense, points: &OrientedPoints, placed: &Placed, model: &Mo
     }
 }
 
-/// What the points determine.
-fn spread(model: &Model<'_>, start: &Start, fit: &Fit) -> Option<Spread> {
-    let packed = start.points.packed();
-    register::spread::spread(model, packed.cloud().ok()?, &fit.outcome.pose, &fit.shape)
-}
-
 fn judge(
     model: &Model<'_>,
     start: &Start,
     placed: &Placed,
     fit: &Fit,
     merged: &Merged,
-    agreement: Agreement,
+    (agreement, spread): (Agreement, Option<Spread>),
 ) -> Verdict {
     let (mut inferred, mut total) = (0.0, 0.0);
     for (t, corners) in merged.mesh.triangles.iter().enumerate() {
@@ -332,7 +333,7 @@ fn judge(
             f64::from(fit.outcome.inliers) / start.points.points.len().max(1) as f64,
             start.runner_up,
         ],
-        spread: if start.rounds.is_empty() { None } else { spread(model, start, fit) },
+        spread,
     }
     .judged(class_millimetre(model, placed))
 }

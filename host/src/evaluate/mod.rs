@@ -20,7 +20,7 @@ pub use method::{Fields, Method, Smooth, Solver, fit};
 pub use plot::figure;
 pub use score::{Score, quantile, score};
 pub use state::State;
-pub use summary::{Row, Spread, Summary, missed};
+pub use summary::{Quartiles, Row, Summary, missed};
 
 use crate::io;
 use crate::mesh::Mesh;

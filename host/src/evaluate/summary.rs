@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 /// A quantity over draws and targets.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Spread {
+pub struct Quartiles {
     /// Half of the values are below.
     pub median: f64,
     /// A quarter of the values is below.
@@ -16,13 +16,19 @@ pub struct Spread {
     pub q3: f64,
 }
 
+impl std::fmt::Display for Quartiles {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(&format!("{:.3} [{:.3} {:.3}]", self.median, self.q1, self.q3))
+    }
+}
+
 /// One box of figure 2.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Row {
     /// Root mean square distances.
-    pub rms: Spread,
+    pub rms: Quartiles,
     /// 95th percentiles.
-    pub p95: Spread,
+    pub p95: Quartiles,
 }
 
 /// For each number of training shapes what each model reached.
@@ -55,19 +61,19 @@ pub fn missed(records: &[Record], limit: f64) -> Vec<(String, f64)> {
         by_target.entry(&record.target).or_default().extend(local);
     }
     let medians =
-        by_target.into_iter().filter_map(|(name, all)| Some((name.to_owned(), spread(all)?.median)));
+        by_target.into_iter().filter_map(|(name, all)| Some((name.to_owned(), quartiles(all)?.median)));
     medians.filter(|(_, median)| *median > limit).collect()
 }
 
 fn row(scores: &[Score]) -> Option<Row> {
-    let values = |pick: fn(&Score) -> f64| spread(scores.iter().map(pick).collect());
+    let values = |pick: fn(&Score) -> f64| quartiles(scores.iter().map(pick).collect());
     Some(Row { rms: values(|s| s.rms)?, p95: values(|s| s.p95)? })
 }
 
-fn spread(mut values: Vec<f64>) -> Option<Spread> {
+fn quartiles(mut values: Vec<f64>) -> Option<Quartiles> {
     values.sort_by(f64::total_cmp);
     let at = |share| quantile(&values, share);
-    Some(Spread { median: at(0.5)?, q1: at(0.25)?, q3: at(0.75)? })
+    Some(Quartiles { median: at(0.5)?, q1: at(0.25)?, q3: at(0.75)? })
 }
 
 #[cfg(test)]
@@ -84,7 +90,7 @@ mod tests {
         let records = [record(10, 3.0), record(10, 1.0), record(10, 2.0), record(30, 9.0)];
         let summary = Summary::of(&records.iter().collect::<Vec<_>>());
         let row = summary.counts[&10][&Approximation::Global];
-        assert_eq!(row.rms, Spread { median: 2.0, q1: 1.5, q3: 2.5 });
+        assert_eq!(row.rms, Quartiles { median: 2.0, q1: 1.5, q3: 2.5 });
         assert_eq!(row.p95.median, 4.0);
         let json = serde_json::to_value(&summary).unwrap();
         assert_eq!(json["counts"]["30"]["global"]["rms"]["q3"], 9.0);

@@ -10,7 +10,6 @@ pub mod pairs;
 pub mod probe;
 pub mod rank;
 pub mod search;
-pub mod spread;
 
 use crate::check::size;
 use crate::mesh::{Mesh, Point, Vector};

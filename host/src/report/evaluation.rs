@@ -3,7 +3,7 @@
 use super::html::escape;
 use super::page::{Page, section};
 use super::table;
-use crate::evaluate::{Row, Spread, Summary};
+use crate::evaluate::{Row, Summary};
 
 /// What a report says besides the results.
 pub struct Subject<'a> {
@@ -53,16 +53,12 @@ fn numbers(
     subject: &Subject<'_>,
 ) -> String {
     let rows: Vec<Vec<String>> =
-        results.map(|([a, b], row)| vec![a, b, spread(&row.rms), spread(&row.p95)]).collect();
+        results.map(|([a, b], row)| vec![a, b, row.rms.to_string(), row.p95.to_string()]).collect();
     let unit = subject.unit;
     let head = [names[0], names[1], &format!("rms {unit}"), &format!("95th percentile {unit}")];
     let note = "<p class=\"note\">Median over draws and targets, quartiles in brackets; distances from the \
                 approximation's vertices to the target.</p>\n";
     section("numbers", "Numbers", &(table::grid(&head, &rows) + note))
-}
-
-fn spread(of: &Spread) -> String {
-    format!("{:.3} [{:.3} {:.3}]", of.median, of.q1, of.q3)
 }
 
 fn page(subject: &Subject<'_>, parts: &[String]) -> String {

@@ -1,10 +1,8 @@
 //! Cuts narrow strips off an open surface: where the stored voxels end obliquely to the surface, tongues of it hang
 //! on by one end.
 
-use super::{Edges, boundary_edges, keep_triangles, largest_component};
+use super::{boundary_edges, keep_triangles, largest_component, path_lengths};
 use crate::mesh::Mesh;
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
 
 /// By how much more than it was taken in the rim is put back, widths: paths along edges are longer than straight.
 const SLACK: f64 = 1.25;
@@ -16,13 +14,12 @@ const CUTS: usize = 8;
 /// stay. A mesh that is narrow everywhere, or closed, comes back as it is.
 pub fn open_rim(mesh: &Mesh, width: f64) -> Mesh {
     let rim = boundary_edges(mesh);
-    let ways = Ways::of(mesh);
-    let inward = ways.lengths(rim.as_flattened());
+    let inward = path_lengths(mesh, rim.as_flattened());
     let core: Vec<u32> = (0..inward.len() as u32).filter(|&v| inward[v as usize] >= width).collect();
     if rim.is_empty() || core.is_empty() {
         return mesh.clone();
     }
-    let outward = ways.lengths(&core);
+    let outward = path_lengths(mesh, &core);
     let reach = width * (1.0 + SLACK);
     let kept = keep_triangles(mesh, |t| mesh.triangles[t].iter().all(|&v| outward[v as usize] <= reach));
     without_crossings(largest_component(&kept))
@@ -40,43 +37,6 @@ fn without_crossings(mut mesh: Mesh) -> Mesh {
         mesh = largest_component(&keep_triangles(&mesh, simple));
     }
     mesh
-}
-
-/// The edges of a mesh as ways from vertex to vertex.
-struct Ways(Vec<Vec<(u32, f64)>>);
-
-impl Ways {
-    fn of(mesh: &Mesh) -> Self {
-        let mut ways = vec![Vec::new(); mesh.points.len()];
-        for edge in Edges::of(mesh).list {
-            let [a, b] = edge.ends.map(|v| v as usize);
-            let length = (mesh.points[a] - mesh.points[b]).norm();
-            ways[a].push((b as u32, length));
-            ways[b].push((a as u32, length));
-        }
-        Self(ways)
-    }
-
-    /// Length of the shortest way from each vertex to the nearest of `starts` (Dijkstra); infinite without one.
-    fn lengths(&self, starts: &[u32]) -> Vec<f64> {
-        let mut lengths = vec![f64::INFINITY; self.0.len()];
-        starts.iter().for_each(|&v| lengths[v as usize] = 0.0);
-        // The bits of positive numbers are in the order of the numbers.
-        let mut next: BinaryHeap<_> = starts.iter().map(|&v| Reverse((0u64, v))).collect();
-        while let Some(Reverse((bits, v))) = next.pop() {
-            if f64::from_bits(bits) > lengths[v as usize] {
-                continue;
-            }
-            for &(to, length) in &self.0[v as usize] {
-                let length = f64::from_bits(bits) + length;
-                if length < lengths[to as usize] {
-                    lengths[to as usize] = length;
-                    next.push(Reverse((length.to_bits(), to)));
-                }
-            }
-        }
-        lengths
-    }
 }
 
 #[cfg(test)]

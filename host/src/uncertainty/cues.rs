@@ -1,13 +1,10 @@
 //! What is known at each vertex of a completed mesh about how far it may be off.
 
-use super::geodesic;
 use super::posterior::Posterior;
 use crate::complete::merge::{MEASURED, Merged};
-use crate::fit::Fit;
 use crate::mesh::Mesh;
-use crate::points::OrientedPoints;
 use crate::register::Placed;
-use lacuna::Model;
+use crate::surface::path_lengths;
 
 /// Rings over which a vertex beyond the stored voxels takes the deviations of its neighbours.
 const RINGS: usize = 60;
@@ -25,25 +22,14 @@ pub struct Cue {
     pub height: f32,
 }
 
-/// The cues of a completed mesh; `points` are those the fit was made from, centred. `None` where no point lies on
-/// the model.
-pub fn cues(
-    model: &Model<'_>,
-    points: &OrientedPoints,
-    placed: &Placed,
-    fit: &Fit,
-    merged: &Merged,
-) -> Option<Vec<Cue>> {
-    // Where the pose was taken as it is, no weights were estimated with it.
-    let posed = fit.shape.iter().any(|&weight| weight != 0.0);
-    let global = || fit.global.iter().map(|&w| w as f32).collect();
-    let weights: Vec<f32> = if posed { fit.shape.clone() } else { global() };
-    let posterior = Posterior::new(model, points, &placed.pose, &weights, posed)?;
+/// The cues of a completed mesh.
+pub fn cues(posterior: &Posterior<'_>, placed: &Placed, merged: &Merged) -> Vec<Cue> {
     let place = |p| placed.to_model(p).coords.map(|c| c as f32).into();
     let places: Vec<[f32; 3]> = merged.mesh.points.iter().map(place).collect();
     let deviations = filled(&merged.mesh, posterior.at_all(&places));
-    let sources = (0..merged.labels.len() as u32).filter(|&v| merged.labels[v as usize] == MEASURED);
-    let ways = geodesic::lengths(&merged.mesh, sources);
+    let measured = |&v: &u32| merged.labels[v as usize] == MEASURED;
+    let sources: Vec<u32> = (0..merged.labels.len() as u32).filter(measured).collect();
+    let ways = path_lengths(&merged.mesh, &sources);
     let scale = placed.pose.scale;
     let cue = |v: usize| {
         let (way, straight) = (ways[v] as f32, merged.distances[v]);
@@ -54,7 +40,7 @@ pub fn cues(
             height: scale * merged.heights[v],
         }
     };
-    Some((0..places.len()).map(cue).collect())
+    (0..places.len()).map(cue).collect()
 }
 
 /// Beyond the stored voxels the mean of the neighbours', ring by ring; the largest of all where there are none.

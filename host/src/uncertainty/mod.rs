@@ -2,13 +2,14 @@
 //!
 //! What is known at a vertex ([`cues`]) are the deviation that the scan leaves within the span of the modes
 //! ([`posterior`]: weights and pose together) and the way along the surface to the nearest measured vertex
-//! ([`geodesic`]), with which grows what the modes do not explain. The trainer's calibration
+//! ([`path_lengths`](crate::surface::path_lengths)), with which grows what the modes do not explain. The trainer's calibration
 //! ([`lacuna::format::Calibration`]) makes one number of them ([`expected`]): 68 % of all true errors lie below.
+//! What the posterior says of the pose as a whole ([`spread`]) goes into the verdict.
 
 pub mod cues;
 pub mod expected;
-pub mod geodesic;
 pub mod posterior;
+pub mod spread;
 
 pub use cues::Cue;
 pub use expected::{Expected, Share, shares};

@@ -81,6 +81,21 @@ impl<'a> Posterior<'a> {
         Some((self.ridge.sqrt() * solved.norm()) as f32)
     }
 
+    /// Deviation of the turn about the axis that is determined least, radians; `None` where the pose was not estimated.
+    pub fn turn(&self) -> Option<f64> {
+        let modes = self.model.modes();
+        let mut turns = DMatrix::zeros(modes + MOTION, 3);
+        (0..3).for_each(|axis| turns[(modes + axis, axis)] = 1.0);
+        let solved = self.posed.then(|| self.factor.solve(&turns))?;
+        let turns = solved.fixed_view::<3, 3>(modes, 0) * self.ridge;
+        Some(turns.symmetric_eigenvalues().max().max(0.0).sqrt())
+    }
+
+    /// The model.
+    pub const fn model(&self) -> &Model<'a> {
+        self.model
+    }
+
     /// [`Self::at`] for many places.
     pub fn at_all(&self, places: &[[f32; 3]]) -> Vec<Option<f32>> {
         places.par_iter().with_min_len(256).map(|&q| self.at(q)).collect()

@@ -9,11 +9,11 @@ type Entry = Reverse<(u64, u32)>;
 
 /// Length of the shortest way along edges from each vertex to one of `sources`; infinite where there is none
 /// (Dijkstra 1959).
-pub fn lengths(mesh: &Mesh, sources: impl Iterator<Item = u32>) -> Vec<f64> {
+pub fn path_lengths(mesh: &Mesh, sources: &[u32]) -> Vec<f64> {
     let neighbours = neighbours(mesh);
     let mut lengths = vec![f64::INFINITY; mesh.points.len()];
     let mut open: BinaryHeap<Entry> = BinaryHeap::new();
-    for source in sources {
+    for &source in sources {
         lengths[source as usize] = 0.0;
         open.push(Reverse((0, source)));
     }
@@ -77,7 +77,7 @@ mod tests {
         let square = |x: u32| [[2 * x, 2 * x + 2, 2 * x + 3], [2 * x, 2 * x + 3, 2 * x + 1]];
         let triangles = (0..9).chain([10]).flat_map(square).collect();
         let mesh = Mesh { points, normals: vec![], triangles };
-        let found = lengths(&mesh, [0, 1].into_iter());
+        let found = path_lengths(&mesh, &[0, 1]);
         assert_eq!((found[0], found[8], found[19]), (0.0, 4.0, 9.0));
         assert_eq!(found[20], f64::INFINITY);
     }
