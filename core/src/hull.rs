@@ -1,5 +1,5 @@
 //! The hull: signed distances in a thin layer around the measured surface, along the lines of sight
-//! (Curless & Levoy 1996, [CL96] in the paper).
+//! (Curless & Levoy 1996, CL96 in the paper).
 //!
 //! A point claims the voxels along its normal, up to `front` before and behind the surface and `lateral`
 //! sideways. Of all points that reach a voxel the nearest one gives the distance, measured to its tangent

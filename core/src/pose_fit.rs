@@ -31,10 +31,12 @@ use core::ops::Range;
 
 /// Points taken in one step.
 const CHUNK: usize = 64;
-/// Points that share an offset; divides [`CHUNK`].
-const PATCH: usize = 32;
+/// Points that share an offset.
+pub const PATCH: usize = 32;
+/// λ of the weights for one point's weight, class millimetres squared.
+pub const RIDGE: f64 = 1e-3;
 /// Prior κ of the offset.
-const OFFSET_PRIOR: f32 = 1.0;
+pub const OFFSET_PRIOR: f32 = 1.0;
 /// Pose unknowns: turn, shift, growth.
 pub const POSE: usize = 7;
 /// Fewest points that can hold seven unknowns.
@@ -281,7 +283,7 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         let Some((matrix, rest)) = self.buffers.normal.split_at_mut_checked(packed(unknowns)) else { return };
         let Some(vector) = rest.get_mut(..unknowns) else { return };
         let millimetre = f64::from(self.model.header().scales.millimetre);
-        let prior = 1e-3 * total * millimetre * millimetre;
+        let prior = RIDGE * total * millimetre * millimetre;
         for i in 0..unknowns {
             let ridge = if i < modes { prior } else { 0.0 };
             let weight = self.buffers.weights.get(i).copied().filter(|_| i < modes).unwrap_or(0.0);

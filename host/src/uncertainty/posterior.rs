@@ -4,27 +4,20 @@
 //! each of the scan's points, the posterior of its K + 7 unknowns is
 //!
 //! ```text
-//! C = λ (Aᵀ W A + diag(λ I, 0))⁻¹
+//! C = λ (Aᵀ W A + diag(λ I, 0))⁻¹,     λ = the pose fit's
 //! ```
 //!
+//! λ is the variance at which a residual weighs as much as a standard deviation of shape: what the modes cannot explain.
 //! Without any data C is the prior: the weights' unit variance. The deviation of the surface at a place with the
 //! row a, along its normal, is √(aᵀ C a). Neighbouring points share what the modes cannot explain; as in the pose
 //! fit, each run of [`PATCH`] points has an offset of its own, and is worth little more than one point.
 
 use crate::points::OrientedPoints;
-use lacuna::pose_fit::{ROUNDS, Round, fill_row};
+use lacuna::completion::POSE_POINTS;
+use lacuna::pose_fit::{OFFSET_PRIOR, PATCH, POSE, RIDGE, ROUNDS, Round, fill_row};
 use lacuna::{Model, Pose};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
-
-/// λ for a point, class millimetres squared: the variance of what the modes cannot explain.
-const RIDGE: f64 = 1e-3;
-/// Points the posterior is taken from, at most.
-const POINTS: usize = 1600;
-/// Points that share an offset.
-const PATCH: usize = 32;
-/// Pose unknowns: turn, shift, growth.
-const MOTION: usize = lacuna::pose_fit::POSE;
 
 /// The posterior of weights and pose.
 pub struct Posterior<'a> {
@@ -48,7 +41,7 @@ impl<'a> Posterior<'a> {
         weights: &'a [f32],
         posed: bool,
     ) -> Option<Self> {
-        let count = points.points.len().min(POINTS);
+        let count = points.points.len().min(POSE_POINTS);
         let place = |i: usize| {
             let p = points.points[i * points.points.len() / count];
             pose.apply(p.coords.map(|c| c as f32).into())
@@ -56,7 +49,7 @@ impl<'a> Posterior<'a> {
         let places: Vec<[f32; 3]> = (0..count).map(place).collect();
         let sum = places.iter().fold([0.0f64; 3], |sum, p| std::array::from_fn(|a| sum[a] + f64::from(p[a])));
         let centre = sum.map(|s| (s / count.max(1) as f64) as f32);
-        let unknowns = model.modes() + if posed { MOTION } else { 0 };
+        let unknowns = model.modes() + if posed { POSE } else { 0 };
         let rows = Rows { model, weights, centre, unknowns };
         let (mut matrix, mut total) = (DMatrix::zeros(unknowns, unknowns), 0.0);
         for patch in places.chunks(PATCH) {
@@ -74,7 +67,7 @@ impl<'a> Posterior<'a> {
     /// Deviation of the surface along its normal at a place on or near it, voxels; `None` where the model stores
     /// nothing.
     pub fn at(&self, q: [f32; 3]) -> Option<f32> {
-        let unknowns = self.model.modes() + if self.posed { MOTION } else { 0 };
+        let unknowns = self.model.modes() + if self.posed { POSE } else { 0 };
         let rows = Rows { model: self.model, weights: self.weights, centre: self.centre, unknowns };
         let (row, _) = rows.at(q)?;
         let solved = self.factor.l_dirty().solve_lower_triangular(&row)?;
@@ -84,7 +77,7 @@ impl<'a> Posterior<'a> {
     /// Deviation of the turn about the axis that is determined least, radians; `None` where the pose was not estimated.
     pub fn turn(&self) -> Option<f64> {
         let modes = self.model.modes();
-        let mut turns = DMatrix::zeros(modes + MOTION, 3);
+        let mut turns = DMatrix::zeros(modes + POSE, 3);
         (0..3).for_each(|axis| turns[(modes + axis, axis)] = 1.0);
         let solved = self.posed.then(|| self.factor.solve(&turns))?;
         let turns = solved.fixed_view::<3, 3>(modes, 0) * self.ridge;
@@ -114,7 +107,7 @@ impl Rows<'_> {
     /// Row and robust weight of a place.
     fn at(&self, q: [f32; 3]) -> Option<(DVector<f64>, f64)> {
         const ROUND: Round = ROUNDS[ROUNDS.len() - 1];
-        let mut row = vec![0.0; self.model.modes() + MOTION];
+        let mut row = vec![0.0; self.model.modes() + POSE];
         let (_, weight) = fill_row(self.model, q, self.centre, &ROUND, self.weights, &mut row)?;
         let row = row.into_iter().take(self.unknowns).map(f64::from);
         Some((DVector::from_iterator(self.unknowns, row), f64::from(weight)))
@@ -128,7 +121,7 @@ impl Rows<'_> {
             sums.axpy(weight, &row, 1.0);
             total += weight;
         }
-        matrix.syger(-1.0 / (total + 1.0), &sums, &sums, 1.0);
+        matrix.syger(-1.0 / (total + f64::from(OFFSET_PRIOR)), &sums, &sums, 1.0);
         total
     }
 }
