@@ -29,7 +29,7 @@ use crate::sample;
 use crate::workspace::{Progress, first};
 use core::ops::Range;
 
-/// Points taken in one step.
+/// Points taken in one step: whole patches.
 const CHUNK: usize = 64;
 /// Points that share an offset.
 pub const PATCH: usize = 32;
