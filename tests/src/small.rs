@@ -30,14 +30,20 @@ pub fn small() -> &'static Small {
         let settings =
             Settings { reach: Reach::of(&model), rounds: &ROUNDS, schedule: default_schedule(&model) };
         let digests = fit::<Fixed>(&model, &packed, &case.pose, settings).expect("the small case").digests;
-        let begin = Begin {
-            scan: 1,
-            points: packed.points.len() as u32,
-            step: packed.step,
-            pose: case.pose,
-            hint: Hint::Rough,
-            iterations: Iterations::Varying,
-        };
-        Small { scan: Scan { begin, points: packed.points, batch: MAX_BATCH }, digests, model: case.model }
+        Small { scan: scan_of(&case, 1), digests, model: case.model }
     })
+}
+
+/// A case's scan as a device takes it, from its pose as a rough one.
+pub fn scan_of(case: &Case, number: u32) -> Scan {
+    let packed = case.points.packed();
+    let begin = Begin {
+        scan: number,
+        points: packed.points.len() as u32,
+        step: packed.step,
+        pose: case.pose,
+        hint: Hint::Rough,
+        iterations: Iterations::Varying,
+    };
+    Scan { begin, points: packed.points, batch: MAX_BATCH }
 }

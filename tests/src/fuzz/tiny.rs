@@ -1,8 +1,8 @@
 //! A model of five heads at 20 mm and a scan of a sixth one: a completion in milliseconds.
 
+use crate::small::scan_of;
 use lacuna::Model;
 use lacuna::completion::Settings;
-use lacuna::wire::message::{Begin, Hint, Iterations, MAX_BATCH};
 use lacuna_host::device::Scan;
 use lacuna_host::synth::scanner::Kind;
 use lacuna_host::verify::{Case, Class};
@@ -44,15 +44,6 @@ pub fn tiny() -> &'static Tiny {
     static TINY: OnceLock<Tiny> = OnceLock::new();
     TINY.get_or_init(|| {
         let case = Case::synthetic(&CLASS).expect("a class that can be trained");
-        let packed = case.points.packed();
-        let begin = Begin {
-            scan: 7,
-            points: packed.points.len() as u32,
-            step: packed.step,
-            pose: case.pose,
-            hint: Hint::Rough,
-            iterations: Iterations::Varying,
-        };
-        Tiny { file: case.model, scan: Scan { begin, points: packed.points, batch: MAX_BATCH } }
+        Tiny { scan: scan_of(&case, 7), file: case.model }
     })
 }
