@@ -37,6 +37,7 @@ pub mod mirror;
 pub mod model;
 pub mod nodes;
 pub mod normal_sums;
+pub mod patch;
 pub mod pose;
 pub mod pose_fit;
 pub mod sample;

@@ -8,13 +8,11 @@
 //! w   = 1 / (1 + (r / c)²)   where q is on the support and |r| < max(15 mm, 2 c), else 0
 //! row = [ b'(q) / γ | q~ × n | n | q~·n - r ]      the last entry is the residual in scan units: it stops
 //!                                                   the shrinking
-//! (Jᵀ W J + diag(λ I, 0) + 10⁻⁶ Σw) x = -(Jᵀ W r + [λ v; 0]),   λ = 0.001 Σw mm²
+//! (Jᵀ W J + diag(λ I, 0) + 10⁻⁶ Σw) x = -(Jᵀ W r + [λ v; 0]),   λ = 0.001 N mm²
 //! ```
 //!
-//! What the modes cannot explain is smooth: neighbouring points share it, and counted one by one they would drag
-//! the pose along. So each run of [`PATCH`] points, neighbours if the cloud is in the order of a space-filling
-//! curve, has an offset β of its own with the prior κ β², κ = 1 (one point's weight). It is eliminated at once: with
-//! s = Σ w row over the run, JᵀWJ loses s sᵀ / (Σw + κ) and JᵀWr loses s Σ(w r) / (Σw + κ).
+//! Each run of [`PATCH`] points, neighbours if the cloud is in the order of a space-filling curve, is explained by
+//! weights of its own around those of the whole ([`crate::patch`]), which are eliminated at once.
 //!
 //! Steps are limited to 0.15 rad, 5 % and 8 mm. The rigid iterations use the far field where the band is
 //! not stored. Arithmetic is f32 through libm, sums in a fixed order: the same bits on every processor.
@@ -23,20 +21,19 @@ use crate::cholesky::{packed, solve};
 use crate::cloud::Cloud;
 use crate::error::{Buffer, Error};
 use crate::model::Model;
-use crate::normal_sums::{BLOCK, add_block, add_row};
+use crate::normal_sums::{BLOCK, add_block};
+use crate::patch::eliminate_own_weights;
 use crate::pose::{Pose, cross, dot, zip};
 use crate::sample;
 use crate::workspace::{Progress, first};
 use core::ops::Range;
 
-/// Points taken in one step: whole patches.
-const CHUNK: usize = 64;
-/// Points that share an offset.
-pub const PATCH: usize = 32;
-/// λ of the weights for one point's weight, class millimetres squared.
+/// Points that have weights of their own, taken in one step.
+pub const PATCH: usize = 96;
+/// λ of the weights for each of the N points, class millimetres squared.
 pub const RIDGE: f64 = 1e-3;
-/// Prior κ of the offset.
-pub const OFFSET_PRIOR: f32 = 1.0;
+/// δ of a patch's own weights around those of the whole, likewise: they may differ by as much as shapes do.
+pub const OWN_RIDGE: f64 = 1e-3;
 /// Pose unknowns: turn, shift, growth.
 pub const POSE: usize = 7;
 /// Fewest points that can hold seven unknowns.
@@ -59,7 +56,7 @@ pub struct Round {
 pub const ROUNDS: [Round; 3] = [
     Round { iterations: 4, misfit: 16.0, growth: false, shape: false },
     Round { iterations: 3, misfit: 8.0, growth: true, shape: false },
-    Round { iterations: 12, misfit: 2.5, growth: true, shape: true },
+    Round { iterations: 8, misfit: 2.5, growth: true, shape: true },
 ];
 
 /// Memory of a pose fit.
@@ -69,7 +66,7 @@ pub struct PoseBuffers<'b> {
     pub normal: &'b mut [f64],
     /// [`sums_len`] elements.
     pub chunk: &'b mut [f32],
-    /// [`row_len`] elements: the rows of a block of points, and the sum of their patch's rows.
+    /// [`row_len`] elements: the rows of a block of points.
     pub row: &'b mut [f32],
     /// Weights v, one a mode, standard deviations.
     pub weights: &'b mut [f32],
@@ -89,7 +86,7 @@ pub const fn sums_len(modes: usize) -> usize {
 
 /// Elements of `row`.
 pub const fn row_len(modes: usize) -> usize {
-    (BLOCK + 1) * (modes + POSE)
+    BLOCK * (modes + POSE)
 }
 
 /// How well the points lie on the model.
@@ -174,15 +171,15 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         })
     }
 
-    /// A chunk of points, or the solve after the last one; `None` when done.
+    /// A patch of points, or the solve after the last one; `None` when done.
     pub fn step(&mut self) -> Option<Progress> {
         while self.rounds.get(self.round).is_some_and(|round| self.iteration >= round.iterations) {
             (self.round, self.iteration) = (self.round + 1, 0);
         }
         let round = *self.rounds.get(self.round)?;
         if self.next < self.count {
-            let end = (self.next + CHUNK).min(self.count);
-            self.add_chunk(self.next..end, &round);
+            let end = (self.next + PATCH).min(self.count);
+            self.add_patch(self.next..end, &round);
             self.next = end;
         } else {
             self.solve(&round);
@@ -192,7 +189,7 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         }
         self.done = self.done.saturating_add(1);
         let iterations: usize = self.rounds.iter().map(|round| usize::from(round.iterations)).sum();
-        let total = iterations * (self.count.div_ceil(CHUNK) + 1);
+        let total = iterations * (self.count.div_ceil(PATCH) + 1);
         Some(Progress { done: self.done, total: total as u32 })
     }
 
@@ -217,26 +214,25 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         self.agreement
     }
 
-    fn add_chunk(&mut self, points: Range<usize>, round: &Round) {
+    /// Adds the points of a patch, less what weights of its own explain.
+    fn add_patch(&mut self, points: Range<usize>, round: &Round) {
+        let modes = if round.shape { self.model.modes() } else { 0 };
         self.buffers.chunk.fill(0.0);
-        for start in points.clone().step_by(PATCH) {
-            self.add_patch(start..(start + PATCH).min(points.end), round);
+        self.add_points(points, round, modes + POSE);
+        // Without the shape there is nothing to differ from.
+        if round.shape {
+            let own = ridge(OWN_RIDGE, self.count, self.model) as f32;
+            eliminate_own_weights(self.buffers.chunk, modes, modes + POSE, own);
         }
         // In the rigid rounds only the first sums are used, and adding in double precision is dear where it is soft.
-        let used = sums_len(if round.shape { self.model.modes() } else { 0 });
-        for (sum, &part) in self.buffers.normal.iter_mut().zip(self.buffers.chunk.iter()).take(used) {
+        for (sum, &part) in self.buffers.normal.iter_mut().zip(self.buffers.chunk.iter()).take(sums_len(modes)) {
             *sum += f64::from(part);
         }
     }
 
-    /// Adds the points of a patch to the chunk, and takes out what its own offset explains.
-    fn add_patch(&mut self, points: Range<usize>, round: &Round) {
-        let modes = if round.shape { self.model.modes() } else { 0 };
-        let unknowns = modes + POSE;
-        let (rows, rest) = self.buffers.row.split_at_mut_checked(BLOCK * unknowns).unwrap_or_default();
-        let sums = rest.get_mut(..unknowns).unwrap_or_default();
-        sums.fill(0.0);
-        let (mut total, mut pull) = (0.0, 0.0);
+    /// Adds the rows of points to the sums of a patch.
+    fn add_points(&mut self, points: Range<usize>, round: &Round, unknowns: usize) {
+        let rows = self.buffers.row.get_mut(..BLOCK * unknowns).unwrap_or_default();
         let (mut residuals, mut shares, mut count) = ([0.0; BLOCK], [0.0; BLOCK], 0);
         let centre = self.pose.apply(self.mean);
         for index in points {
@@ -253,23 +249,18 @@ impl<'a, 'b> PoseFit<'a, 'b> {
             self.running.weight += weight;
             self.running.squared += weight * residual * residual;
             self.running.on_support += 1;
-            (total, pull) = (total + weight, pull + weight * residual);
             if let (Some(r), Some(w)) = (residuals.get_mut(count), shares.get_mut(count)) {
                 (*r, *w) = (residual, weight);
             }
             count += 1;
             if count == BLOCK {
-                add_block(self.buffers.chunk, sums, split(rows, unknowns), residuals, shares);
+                add_block(self.buffers.chunk, unknowns, split(rows, unknowns), residuals, shares);
                 (count, shares) = (0, [0.0; BLOCK]);
             }
         }
         if count > 0 {
             rows.get_mut(count * unknowns..).unwrap_or_default().fill(0.0);
-            add_block(self.buffers.chunk, sums, split(rows, unknowns), residuals, shares);
-        }
-        // Without the shape there is nothing that the offset could be the rest of.
-        if round.shape {
-            remove_offset(self.buffers.chunk, sums, total, pull);
+            add_block(self.buffers.chunk, unknowns, split(rows, unknowns), residuals, shares);
         }
     }
 
@@ -282,8 +273,7 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         }
         let Some((matrix, rest)) = self.buffers.normal.split_at_mut_checked(packed(unknowns)) else { return };
         let Some(vector) = rest.get_mut(..unknowns) else { return };
-        let millimetre = f64::from(self.model.header().scales.millimetre);
-        let prior = RIDGE * total * millimetre * millimetre;
+        let prior = ridge(RIDGE, self.count, self.model);
         for i in 0..unknowns {
             let ridge = if i < modes { prior } else { 0.0 };
             let weight = self.buffers.weights.get(i).copied().filter(|_| i < modes).unwrap_or(0.0);
@@ -352,48 +342,14 @@ fn split(rows: &[f32], unknowns: usize) -> [&[f32]; BLOCK] {
     core::array::from_fn(|_| rows.next().unwrap_or(&[]))
 }
 
-/// Takes a patch's offset out of the sums: `patch` is Σ w row, `total` Σ w and `pull` Σ w r.
-fn remove_offset(sums: &mut [f32], patch: &mut [f32], total: f32, pull: f32) {
-    let share = total + OFFSET_PRIOR;
-    patch.iter_mut().for_each(|sum| *sum /= share);
-    add_row(sums, patch, pull / share, -share);
+/// A ridge given for each of `count` points in class millimetres squared, in voxels squared.
+pub fn ridge(ridge: f64, count: usize, model: &Model<'_>) -> f64 {
+    let millimetre = f64::from(model.header().scales.millimetre);
+    ridge * count as f64 * millimetre * millimetre
 }
 
 /// The vector, shortened to `limit`.
 fn limited(v: [f32; 3], limit: f32) -> [f32; 3] {
     let length = libm::sqrtf(dot(v, v));
     if length > limit { v.map(|c| c * limit / length) } else { v }
-}
-
-#[cfg(test)]
-mod tests {
-    extern crate std;
-    use super::*;
-    use std::vec::Vec;
-
-    /// Two unknowns and an offset: eliminating the offset gives what solving for all three gives.
-    #[test]
-    fn an_eliminated_offset_is_an_unknown_that_was_solved_for() {
-        let points = [([1.0, 0.5], 0.3, 1.0), ([-0.5, 2.0], -0.7, 0.5), ([0.25, -1.0], 1.1, 0.8)];
-        let (mut sums, mut patch) = ([0.0f32; packed(2) + 2], [0.0f32; 2]);
-        let mut whole = [0.0f32; packed(3) + 3];
-        let (mut total, mut pull) = (0.0, 0.0);
-        for (row, residual, weight) in points {
-            add_row(&mut sums, &row, residual, weight);
-            let [a, b] = row;
-            add_row(&mut whole, &[a, b, 1.0], residual, weight);
-            patch.iter_mut().zip(row).for_each(|(sum, value)| *sum += weight * value);
-            (total, pull) = (total + weight, pull + weight * residual);
-        }
-        whole[packed(3) - 1] += OFFSET_PRIOR;
-        remove_offset(&mut sums, &mut patch, total, pull);
-        let solved = |sums: &[f32], unknowns: usize| {
-            let mut sums: Vec<f64> = sums.iter().map(|&v| f64::from(v)).collect();
-            let (matrix, vector) = sums.split_at_mut(packed(unknowns));
-            solve(matrix, vector);
-            vector.to_vec()
-        };
-        let (short, long) = (solved(&sums, 2), solved(&whole, 3));
-        assert!(short.iter().zip(&long).all(|(a, b)| (a - b).abs() < 1e-4), "{short:?} {long:?}");
-    }
 }

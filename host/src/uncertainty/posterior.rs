@@ -10,11 +10,13 @@
 //! λ is the variance at which a residual weighs as much as a standard deviation of shape: what the modes cannot explain.
 //! Without any data C is the prior: the weights' unit variance. The deviation of the surface at a place with the
 //! row a, along its normal, is √(aᵀ C a). Neighbouring points share what the modes cannot explain; as in the pose
-//! fit, each run of [`PATCH`] points has an offset of its own, and is worth little more than one point.
+//! fit, each run of [`PATCH`] points has weights of its own around those of the whole ([`lacuna::patch`]).
 
 use crate::points::OrientedPoints;
 use lacuna::completion::POSE_POINTS;
-use lacuna::pose_fit::{OFFSET_PRIOR, PATCH, POSE, RIDGE, ROUNDS, Round, fill_row};
+use lacuna::normal_sums::add_row;
+use lacuna::patch::eliminate_own_weights;
+use lacuna::pose_fit::{OWN_RIDGE, PATCH, POSE, RIDGE, ROUNDS, Round, fill_row, ridge, sums_len};
 use lacuna::{Model, Pose};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
@@ -51,12 +53,12 @@ impl<'a> Posterior<'a> {
         let centre = sum.map(|s| (s / count.max(1) as f64) as f32);
         let unknowns = model.modes() + if posed { POSE } else { 0 };
         let rows = Rows { model, weights, centre, unknowns };
+        let own = ridge(OWN_RIDGE, count, model) as f32;
         let (mut matrix, mut total) = (DMatrix::zeros(unknowns, unknowns), 0.0);
         for patch in places.chunks(PATCH) {
-            total += rows.add_patch(patch, &mut matrix);
+            total += rows.add_patch(patch, own, &mut matrix);
         }
-        let millimetre = f64::from(model.header().scales.millimetre);
-        let ridge = RIDGE * total * millimetre * millimetre;
+        let ridge = ridge(RIDGE, count, model);
         for i in 0..unknowns {
             matrix[(i, i)] += if i < model.modes() { ridge } else { 1e-6 * total };
         }
@@ -70,6 +72,7 @@ impl<'a> Posterior<'a> {
         let unknowns = self.model.modes() + if self.posed { POSE } else { 0 };
         let rows = Rows { model: self.model, weights: self.weights, centre: self.centre, unknowns };
         let (row, _) = rows.at(q)?;
+        let row = DVector::from_iterator(unknowns, row.into_iter().map(f64::from));
         let solved = self.factor.l_dirty().solve_lower_triangular(&row)?;
         Some((self.ridge.sqrt() * solved.norm()) as f32)
     }
@@ -105,23 +108,28 @@ struct Rows<'a> {
 
 impl Rows<'_> {
     /// Row and robust weight of a place.
-    fn at(&self, q: [f32; 3]) -> Option<(DVector<f64>, f64)> {
+    fn at(&self, q: [f32; 3]) -> Option<(Vec<f32>, f32)> {
         const ROUND: Round = ROUNDS[ROUNDS.len() - 1];
         let mut row = vec![0.0; self.model.modes() + POSE];
         let (_, weight) = fill_row(self.model, q, self.centre, &ROUND, self.weights, &mut row)?;
-        let row = row.into_iter().take(self.unknowns).map(f64::from);
-        Some((DVector::from_iterator(self.unknowns, row), f64::from(weight)))
+        row.truncate(self.unknowns);
+        Some((row, weight))
     }
 
-    /// Adds the points of a patch less what its own offset explains: their weight.
-    fn add_patch(&self, patch: &[[f32; 3]], matrix: &mut DMatrix<f64>) -> f64 {
-        let (mut sums, mut total) = (DVector::zeros(self.unknowns), 0.0);
+    /// Adds the points of a patch less what its own weights explain: their weight.
+    fn add_patch(&self, patch: &[[f32; 3]], own: f32, matrix: &mut DMatrix<f64>) -> f64 {
+        let (mut sums, mut total) = (vec![0.0; sums_len(self.model.modes())], 0.0);
         for (row, weight) in patch.iter().filter_map(|&q| self.at(q)) {
-            matrix.syger(weight, &row, &row, 1.0);
-            sums.axpy(weight, &row, 1.0);
-            total += weight;
+            add_row(&mut sums, &row, 0.0, weight);
+            total += f64::from(weight);
         }
-        matrix.syger(-1.0 / (total + f64::from(OFFSET_PRIOR)), &sums, &sums, 1.0);
+        eliminate_own_weights(&mut sums, self.model.modes(), self.unknowns, own);
+        let mut sums = sums.into_iter();
+        for i in 0..self.unknowns {
+            for (j, sum) in sums.by_ref().take(i + 1).enumerate() {
+                matrix[(i, j)] += f64::from(sum);
+            }
+        }
         total
     }
 }
