@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 
 /// Times the teeth are cut.
 const CUTS: usize = 3;
-/// Rounds the rim is smoothed on a grid as fine as the model's: over three to four voxels.
-const ROUNDS: usize = 12;
+/// Rounds the rim is smoothed on a grid as fine as the model's: over five voxels.
+const ROUNDS: usize = 22;
 /// Share of the rim's motion that reaches the next ring of vertices inside, and rings it is carried, there.
 const FADE: f64 = 0.75;
 const RINGS: usize = 4;
