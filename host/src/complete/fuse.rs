@@ -14,6 +14,8 @@ const LAYERS: usize = 5;
 const FAITHFUL: f32 = 0.35;
 /// Strips at the rim narrower than twice this are cut off, voxels.
 const NARROW: f64 = 1.5;
+/// The same on the model's own grid.
+const COARSE_NARROW: f64 = 0.8;
 
 /// A dense volume of distances in voxels, x fastest, NaN where unknown.
 pub struct Dense {
@@ -154,7 +156,8 @@ impl Dense {
         let volume = Volume { dims: fine.sides, values: &fine.values };
         let mesh = marching_cubes(&volume, &Point::origin(), 1.0 / factor.max(1) as f64);
         let whole = close_holes(&largest_component(&mesh));
-        let mut mesh = close_holes(&trim_rim(&close_holes(&open_rim(&whole, NARROW)), factor.max(1)));
+        let narrow = if factor > 1 { NARROW } else { COARSE_NARROW };
+        let mut mesh = close_holes(&trim_rim(&close_holes(&open_rim(&whole, narrow)), factor.max(1)));
         mesh.points.par_iter_mut().for_each(|p| *p = placed.to_scan(p));
         mesh
     }
