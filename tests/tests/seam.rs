@@ -11,12 +11,12 @@ use lacuna_tests::seam::{largest_step, rims, steps};
 use lacuna_tests::{default_schedule, model, real_data};
 use std::path::Path;
 
-/// Largest step at the seam in the median scan.
+/// Largest step at the seam of any scan.
 const STEP_MM: f64 = 0.3;
 /// 99 % of the inferred edges bend by less in the median scan, degrees.
 const BEND: f64 = 28.0;
 /// Length of the rim over its length when smoothed over 10 mm: a smooth one is at 1.01, corners shrink.
-const ROUGHNESS: f64 = 1.027;
+const ROUGHNESS: f64 = 1.023;
 const WIDTH_MM: f64 = 10.0;
 
 fn completed(model: &Model<'_>, scan: &Mesh) -> Completion {
@@ -72,6 +72,6 @@ fn nine_scans_of_faces_have_no_step_no_hole_and_no_crumple() {
         names.map(|name| check(&name, &model, &read(&scans.join(&name).join("mesh.ply")))).collect();
     let [step, bend] = [0, 1].map(|i| median(all.iter().map(|scan| scan[i]).collect()));
     println!("median of the largest steps: {step:.3} mm, of the bends {bend:.1} degrees");
-    assert!(step <= STEP_MM, "{step:.3} mm");
+    assert!(all.iter().all(|[step, _]| *step <= STEP_MM), "{all:?}");
     assert!(bend <= BEND, "{bend:.1} degrees");
 }

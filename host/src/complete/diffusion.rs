@@ -8,6 +8,7 @@
 //! measured deviations that forgets δ₀'s waves shorter than some 1/√(6 h) voxels.
 
 use super::fuse::Dense;
+use super::unsettled::unsettled;
 use crate::mesh::Point;
 use rayon::prelude::*;
 
@@ -20,14 +21,27 @@ const HOLD: f32 = 0.05;
 const ROUNDS: usize = 40;
 
 /// Diffuses the deviation of `local` from `global` out of the measured voxels; `points` are the scan's, in voxels.
-pub fn diffuse(local: &mut Dense, global: &Dense, points: &[Point]) {
-    let measured = local.mark(points, 1, |voxel, point| (voxel - point).norm() <= NEAR);
+/// `scan` tells its own distance at a voxel, where it has one; where the fit did not settle, which a node spreads over
+/// `reach` voxels, measured voxels take that and all others nothing of what was fitted.
+pub fn diffuse(
+    local: &mut Dense,
+    global: &Dense,
+    points: &[Point],
+    reach: usize,
+    scan: impl Fn(usize) -> Option<f32> + Sync,
+) {
+    let mut measured = local.mark(points, 1, |voxel, point| (voxel - point).norm() <= NEAR);
+    let unsettled = unsettled(local, global, &mut measured, reach, scan);
     let [width, height, depth] = local.sides;
     let inner = |i: usize| {
         let place = [i % width, i / width % height, i / width / height];
         place.iter().zip([width, height, depth]).all(|(&at, side)| at > 0 && at + 1 < side)
     };
-    let fitted: Vec<f32> = local.values.iter().zip(&global.values).map(|(l, g)| l - g).collect();
+    let deviation = |(i, (l, g)): (usize, (&f32, &f32))| {
+        if unsettled[i] && !measured[i] { (l - g) * 0.0 } else { l - g }
+    };
+    let fitted: Vec<f32> = local.values.iter().zip(&global.values).enumerate().map(deviation).collect();
+    let hold = |i: usize| if unsettled[i] { 0.0 } else { HOLD };
     let free = |&i: &usize| !fitted[i].is_nan() && !measured[i] && inner(i);
     let free: Vec<usize> = (0..fitted.len()).filter(free).collect();
     let mut deviations = fitted.clone();
@@ -38,7 +52,7 @@ pub fn diffuse(local: &mut Dense, global: &Dense, points: &[Point]) {
             let (sum, count) =
                 near.filter(|d| !d.is_nan()).fold((0.0, 0), |(sum, count), d| (sum + d, count + 1));
             let mean = if count > 0 { sum / count as f32 } else { fitted[i] };
-            HOLD * fitted[i] + (1.0 - HOLD) * mean
+            hold(i) * fitted[i] + (1.0 - hold(i)) * mean
         };
         let next: Vec<f32> = free.par_iter().map(next).collect();
         free.iter().zip(next).for_each(|(&i, deviation)| deviations[i] = deviation);
@@ -65,7 +79,7 @@ mod tests {
         let points: Vec<Point> =
             (0..8 * N).map(|i| Point::new((i % 8) as f64, (i / 8) as f64, 11.5)).collect();
         let before = local.values.clone();
-        diffuse(&mut local, &global, &points);
+        diffuse(&mut local, &global, &points, 5, |_| None);
         let at = |x: usize, y: usize| (11 * N + y) * N + x;
         (0..8).for_each(|x| assert_eq!(local.values[at(x, 12)], before[at(x, 12)]));
         let deviations: Vec<f32> =
@@ -80,7 +94,7 @@ mod tests {
     fn unknown_voxels_stay_unknown() {
         let mut local = field(|[x, ..]| if x == 5 { f32::NAN } else { x as f32 });
         let global = field(|[x, ..]| if x == 5 { f32::NAN } else { 0.9 * x as f32 });
-        diffuse(&mut local, &global, &[]);
+        diffuse(&mut local, &global, &[], 5, |_| None);
         assert!((0..N * N * N).all(|i| local.values[i].is_nan() == (i % N == 5)));
     }
 }

@@ -13,7 +13,9 @@ const LAYERS: usize = 5;
 /// Largest difference between far field and mean, voxels, where the far field is relied on.
 const FAITHFUL: f32 = 0.35;
 /// Strips at the rim narrower than twice this are cut off, voxels.
-const NARROW: f64 = 0.8;
+const NARROW: f64 = 1.5;
+/// The same on the model's own grid.
+const COARSE_NARROW: f64 = 0.8;
 
 /// A dense volume of distances in voxels, x fastest, NaN where unknown.
 pub struct Dense {
@@ -40,12 +42,7 @@ impl Dense {
             if mean[i].is_nan() {
                 return f32::NAN;
             }
-            let voxel = [
-                i % field.sides[0],
-                i / field.sides[0] % field.sides[1],
-                i / field.sides[0] / field.sides[1],
-            ];
-            let far = sample::far(model, voxel.map(|v| v as f32)).map(|(far, _)| far);
+            let far = sample::far(model, field.voxel(i).map(|v| v as f32)).map(|(far, _)| far);
             far.filter(|far| (far - mean[i]).abs() < FAITHFUL).map_or(f32::NAN, |far| field.values[i] - far)
         };
         let mut deviations: Vec<f32> = (0..mean.len()).into_par_iter().map(deviation).collect();
@@ -62,7 +59,7 @@ impl Dense {
     fn grow(&self, model: &Model<'_>, deviations: &[f32]) -> Vec<(usize, f32, f32)> {
         let [width, height, depth] = self.sides;
         let next = |i: usize| {
-            let (x, y, z) = (i % width, i / width % height, i / width / height);
+            let [x, y, z] = self.voxel(i);
             let inside = [x > 0, x + 1 < width, y > 0, y + 1 < height, z > 0, z + 1 < depth];
             let steps = [
                 -1,
@@ -88,6 +85,12 @@ impl Dense {
 
     fn index(&self, [x, y, z]: [usize; 3]) -> usize {
         (z * self.sides[1] + y) * self.sides[0] + x
+    }
+
+    /// Place of a voxel in the grid.
+    pub fn voxel(&self, i: usize) -> [usize; 3] {
+        let [width, height, _] = self.sides;
+        [i % width, i / width % height, i / width / height]
     }
 
     /// Distance and gradient at a position, trilinear; `None` next to unknown voxels.
@@ -124,22 +127,23 @@ impl Dense {
         marks
     }
 
+    /// The scan's own distance at a voxel, if the scan is not farther than `limit`, in its unit, and does not end there.
+    pub fn measured(&self, i: usize, scan: &Surface, placed: &Placed, limit: f64) -> Option<f32> {
+        let place = Point::from(Vector::from(self.voxel(i).map(|v| v as f64)));
+        let found = scan.distance(&placed.to_scan(&place), limit)?;
+        (!found.on_border).then_some((found.value * f64::from(placed.pose.scale)) as f32)
+    }
+
     /// Fills unknown voxels next to the scan's points, given in voxels, with the scan's own distances, within the
     /// model's support: where somebody is farther from the mean than the model stores, the measured surface goes on.
     pub fn extend(&mut self, model: &Model<'_>, scan: &Surface, placed: &Placed, points: &[Point]) {
         let reach = 2u8;
         let limit = f64::from(reach) * 1.8 / f64::from(placed.pose.scale);
         let near = self.mark(points, usize::from(reach), |_, _| true);
-        let wanted: Vec<usize> = (0..near.len()).filter(|&i| near[i] && self.values[i].is_nan()).collect();
-        let scale = f64::from(placed.pose.scale);
-        let known = |&i: &usize| {
-            let voxel =
-                [i % self.sides[0], i / self.sides[0] % self.sides[1], i / self.sides[0] / self.sides[1]];
-            sample::far(model, voxel.map(|v| v as f32))?;
-            let q = Point::from(Vector::from(voxel.map(|v| v as f64)));
-            let found = scan.distance(&placed.to_scan(&q), limit)?;
-            (!found.on_border).then_some((i, (found.value * scale) as f32))
-        };
+        let supported = |i: usize| sample::far(model, self.voxel(i).map(|v| v as f32)).is_some();
+        let wanted = |&i: &usize| near[i] && self.values[i].is_nan() && supported(i);
+        let wanted: Vec<usize> = (0..near.len()).filter(wanted).collect();
+        let known = |&i: &usize| Some((i, self.measured(i, scan, placed, limit)?));
         let values: Vec<(usize, f32)> = wanted.par_iter().filter_map(known).collect();
         for (i, value) in values {
             self.values[i] = value;
@@ -152,52 +156,52 @@ impl Dense {
         let volume = Volume { dims: fine.sides, values: &fine.values };
         let mesh = marching_cubes(&volume, &Point::origin(), 1.0 / factor.max(1) as f64);
         let whole = close_holes(&largest_component(&mesh));
-        let mut mesh = close_holes(&trim_rim(&close_holes(&open_rim(&whole, NARROW)), factor.max(1)));
+        let narrow = if factor > 1 { NARROW } else { COARSE_NARROW };
+        let mut mesh = close_holes(&trim_rim(&close_holes(&open_rim(&whole, narrow)), factor.max(1)));
         mesh.points.par_iter_mut().for_each(|p| *p = placed.to_scan(p));
         mesh
     }
 
-    /// Trilinear interpolation to a finer grid.
+    /// Interpolation to a finer grid by cubics along one axis after the other. Piecewise linear distances would scallop
+    /// the edges of thin parts, with the voxels' period.
     fn finer(&self, factor: usize) -> Self {
-        if factor == 1 {
-            return Self { sides: self.sides, values: self.values.clone() };
+        let mut field = Self { sides: self.sides, values: self.values.clone() };
+        if factor > 1 {
+            (0..3).for_each(|axis| field = field.finer_along(axis, factor));
         }
-        let sides = self.sides.map(|side| (side - 1) * factor + 1);
-        let [width, height, _] = sides;
-        let step = 1.0 / factor as f32;
-        let mut values = vec![f32::NAN; sides.iter().product()];
-        values.par_chunks_mut(width).enumerate().for_each(|(row, out)| {
-            let (y, z) = (row % height, row / height);
-            let (low, high) = ([y / factor, z / factor], [y.div_ceil(factor), z.div_ceil(factor)]);
-            let (ty, tz) = ((y % factor) as f32 * step, (z % factor) as f32 * step);
-            let column = |x: usize| {
-                let value = |y: usize, z: usize| self.values[self.index([x, y, z])];
-                let near = blend(value(low[0], low[1]), value(high[0], low[1]), ty);
-                blend(near, blend(value(low[0], high[1]), value(high[0], high[1]), ty), tz)
-            };
-            let mut left = column(0);
-            out[0] = left;
-            for x in 1..self.sides[0] {
-                let right = column(x);
-                for i in 1..=factor {
-                    out[(x - 1) * factor + i] = blend(left, right, i as f32 * step);
-                }
-                left = right;
+        field
+    }
+
+    fn finer_along(&self, axis: usize, factor: usize) -> Self {
+        let mut sides = self.sides;
+        sides[axis] = (sides[axis] - 1) * factor + 1;
+        let step = [1, self.sides[0], self.sides[0] * self.sides[1]][axis];
+        let last = self.sides[axis] - 1;
+        let value = |i: usize| {
+            let mut voxel = [i % sides[0], i / sides[0] % sides[1], i / sides[0] / sides[1]];
+            let (low, part) = (voxel[axis] / factor, voxel[axis] % factor);
+            voxel[axis] = low;
+            let at = self.index(voxel);
+            if part == 0 {
+                return self.values[at];
             }
-        });
+            let before = if low > 0 { self.values[at - step] } else { f32::NAN };
+            let behind = if low + 1 < last { self.values[at + 2 * step] } else { f32::NAN };
+            cubic([before, self.values[at], self.values[at + step], behind], part as f32 / factor as f32)
+        };
+        let values = (0..sides.iter().product()).into_par_iter().map(value).collect();
         Self { sides, values }
     }
 }
 
-/// a + (b - a) t, without spoiling an end by an unknown other end.
-fn blend(a: f32, b: f32, t: f32) -> f32 {
-    if t == 0.0 {
-        a
-    } else if t == 1.0 {
-        b
-    } else {
-        a + (b - a) * t
-    }
+/// Between the second and the third of four values in a row (Catmull and Rom 1974); an unknown outer one is taken to
+/// go on straight.
+fn cubic([before, a, b, behind]: [f32; 4], t: f32) -> f32 {
+    let before = if before.is_nan() { 2.0 * a - b } else { before };
+    let behind = if behind.is_nan() { 2.0 * b - a } else { behind };
+    let bend = 2.0 * before - 5.0 * a + 4.0 * b - behind;
+    let twist = 3.0 * (a - b) + behind - before;
+    a + 0.5 * t * (b - before + t * (bend + t * twist))
 }
 
 #[cfg(test)]
@@ -212,5 +216,16 @@ mod tests {
         assert_eq!(&fine.values[..5], [0.0, 0.5, 1.0, 1.5, 2.0]);
         assert_eq!(fine.values[4 * 25 + 4 * 5 + 2], 1.0);
         assert!(fine.values[4 * 25 + 4 * 5 + 3].is_nan());
+    }
+
+    #[test]
+    fn between_voxels_a_bent_distance_stays_bent() {
+        let square = |x: f32| (x - 2.2) * (x - 2.2);
+        let values = (0..5 * 5 * 5).map(|i| square((i / 5 % 5) as f32)).collect();
+        let fine = Dense { sides: [5; 3], values }.finer(4);
+        let along = |y: usize| fine.values[y * 17];
+        // Inside; in the outermost cells the row is taken to go on straight.
+        (4..=12).for_each(|y| assert!((along(y) - square(y as f32 / 4.0)).abs() < 1e-5, "{y}"));
+        assert!((1..4).all(|y| along(y) < along(y - 1)) && (13..=16).all(|y| along(y) > along(y - 1)));
     }
 }

@@ -18,8 +18,8 @@ pub const INFERRED: u8 = 0;
 const FADE: f64 = 0.92;
 /// Rings the motion is carried.
 const RINGS: usize = 40;
-/// Times measured vertices that make a step at the seam are given up at most; seen: 16.
-const YIELDS: usize = 30;
+/// Times measured vertices that make a step at the seam are given up at most; seen: 12 on faces, beyond 30 in hair.
+const YIELDS: usize = 60;
 
 /// The completed mesh.
 #[derive(Clone, Debug, Default)]
@@ -58,7 +58,7 @@ pub fn merge(fitted: &Mesh, scan: &Surface, limits: &Limits) -> Merged {
     // Beyond the last ring a motion ends at FADE^RINGS of itself, a fiftieth: no step to be seen.
     let mut faded = carry(fitted, &motions, FADE, RINGS);
     for _ in 0..YIELDS {
-        let strays = strays(fitted, &motions, &faded, limits.step);
+        let strays = strays(fitted, &normals, &motions, &faded, limits.step);
         if strays.is_empty() {
             break;
         }
@@ -95,14 +95,24 @@ fn motion(point: &Point, normal: &Vector, scan: &Surface, limits: &Limits) -> Op
     }
 }
 
-/// Measured vertices that moved by more than `step` otherwise than an inferred neighbour.
-fn strays(mesh: &Mesh, motions: &[Option<Vector>], faded: &[Vector], step: f64) -> Vec<u32> {
+/// Measured vertices that moved by more than `step` otherwise than an inferred neighbour, or farther outward: at sharp
+/// edges the same motion may lead outward at one end and along the surface at the other.
+fn strays(
+    mesh: &Mesh,
+    normals: &[Vector],
+    motions: &[Option<Vector>],
+    faded: &[Vector],
+    step: f64,
+) -> Vec<u32> {
     let mut strays = Vec::new();
     for &[a, b, c] in &mesh.triangles {
         for (from, to) in [(a, b), (b, a), (b, c), (c, b), (c, a), (a, c)] {
             let [measured, inferred] = [from, to].map(|v| v as usize);
             let seam = motions[measured].is_some() && motions[inferred].is_none();
-            if seam && (faded[measured] - faded[inferred]).norm() > step {
+            let height = |v: usize| faded[v].dot(&normals[v]);
+            let apart =
+                (faded[measured] - faded[inferred]).norm().max((height(measured) - height(inferred)).abs());
+            if seam && apart > step {
                 strays.push(from);
             }
         }
@@ -149,8 +159,20 @@ mod tests {
         let motions: Vec<Option<Vector>> =
             heights.iter().enumerate().map(|(v, &h)| if v < 4 { measured(h) } else { None }).collect();
         let faded: Vec<Vector> = heights.iter().map(|&h| Vector::z() * h).collect();
-        let mut found = strays(&mesh, &motions, &faded, 0.25);
+        let mut found = strays(&mesh, &[Vector::z(); 10], &motions, &faded, 0.25);
         found.dedup();
         assert_eq!(found, [3]);
+    }
+
+    #[test]
+    fn a_stray_at_a_sharp_edge_stands_out_though_its_neighbours_move_with_it() {
+        let mesh = strip(2, 0.0);
+        let motions: Vec<Option<Vector>> = (0..6).map(|v| (v < 4).then(|| Vector::z() * 0.4)).collect();
+        let normals: Vec<Vector> = (0..6).map(|v| if v < 4 { Vector::z() } else { Vector::x() }).collect();
+        let mut found = strays(&mesh, &normals, &motions, &[Vector::z() * 0.4; 6], 0.25);
+        found.sort_unstable();
+        found.dedup();
+        assert_eq!(found, [2, 3]);
+        assert!(strays(&mesh, &[Vector::z(); 6], &motions, &[Vector::z() * 0.4; 6], 0.25).is_empty());
     }
 }

@@ -8,6 +8,7 @@ pub mod diffusion;
 pub mod fuse;
 pub mod merge;
 pub mod picture;
+pub mod unsettled;
 pub mod verdict;
 
 use crate::fit::{Fit, fit};
@@ -102,8 +103,10 @@ const HULL_CELL: f64 = 0.5;
 const MOTION: f64 = 4.0;
 /// Largest step at the seam, class millimetres.
 const STEP: f64 = 0.25;
+/// How far from the scan its own distances are looked up, voxels.
+const OWN_REACH: f64 = 2.0;
 /// Rounds that the fitted surface is made fair before it is moved onto the scan.
-const FAIRING: usize = 10;
+const FAIRING: usize = 15;
 
 /// Completes a scan in the arithmetic `A`.
 ///
@@ -152,7 +155,11 @@ pub fn complete_by(
     let global_field = Dense::new(model, &fit.global_distances);
     let (global, local) = (global_field.surface(&placed, 1), field.surface(&placed, 1));
     let voxels: Vec<Point> = points.points.iter().map(|p| centred.to_model(p)).collect();
-    diffusion::diffuse(&mut field, &global_field, &voxels);
+    let near = OWN_REACH / f64::from(placed.pose.scale);
+    // A voxel hears of the nodes around it, and they reach as far again.
+    let reach = 2 * usize::from(model.header().stride);
+    let own = |i: usize| global_field.measured(i, &measured.surface, &placed, near);
+    diffusion::diffuse(&mut field, &global_field, &voxels, reach, own);
     field.extend(model, &measured.surface, &placed, &voxels);
     let fitted = fair(&field.surface(&placed, options.finer), FAIRING);
     if fitted.triangles.is_empty() {

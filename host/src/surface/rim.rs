@@ -7,8 +7,10 @@ use std::collections::BTreeMap;
 
 /// Times the teeth are cut.
 const CUTS: usize = 3;
-/// Rounds the rim is smoothed on a grid as fine as the model's: over three to four voxels.
-const ROUNDS: usize = 12;
+/// Rounds the rim is smoothed, in rounds of a grid as fine as the model's: over five voxels, and over three to four
+/// where the mesh is that coarse, because the rings behind the rim are few there and leave the surface with it.
+const ROUNDS: usize = 22;
+const COARSE_ROUNDS: usize = 12;
 /// Share of the rim's motion that reaches the next ring of vertices inside, and rings it is carried, there.
 const FADE: f64 = 0.75;
 const RINGS: usize = 4;
@@ -22,7 +24,8 @@ pub fn trim_rim(mesh: &Mesh, factor: usize) -> Mesh {
     for _ in 0..CUTS {
         mesh = without_teeth(&mesh);
     }
-    let smoothed = smooth(&mesh, ROUNDS * factor * factor);
+    let rounds = if factor > 1 { ROUNDS } else { COARSE_ROUNDS };
+    let smoothed = smooth(&mesh, rounds * factor * factor);
     if smoothed.iter().all(Option::is_none) {
         return mesh;
     }

@@ -1,0 +1,77 @@
+//! Finds where the local fit did not settle: it is farther off the very points it was fitted to than the global fit,
+//! which it started from.
+//!
+//! A node that only a few voxels at the end of the stored ones tell about may run off to distances of many voxels, of
+//! either sign, and bulge or tear the surface around it.
+
+use super::fuse::Dense;
+use crate::mesh::{Point, Vector};
+use rayon::prelude::*;
+
+/// By how much farther off a measured voxel's distance the local fit must be than the global one, voxels. Where it
+/// settled it is nearer, but for a fraction of a voxel.
+const MISS: f32 = 0.5;
+/// How far the scan's distance may be from the global fit's to be taken, voxels: farther off it may be something else
+/// (a collar), and the surface would tear on its way there.
+const FAR: f32 = 1.5;
+
+/// Marks the voxels at most `reach` steps along each axis off a measured one at which `local` misses `scan`, the scan's
+/// own distance at a voxel where it has one. Measured voxels among them take that distance; those without it, or far
+/// off the `global` fit, are no longer measured.
+pub fn unsettled(
+    local: &mut Dense,
+    global: &Dense,
+    measured: &mut [bool],
+    reach: usize,
+    scan: impl Fn(usize) -> Option<f32> + Sync,
+) -> Vec<bool> {
+    let misses = |i: usize, distance: f32| {
+        (local.values[i] - distance).abs() > (global.values[i] - distance).abs() + MISS
+    };
+    let missed = |&i: &usize| measured[i] && scan(i).is_some_and(|distance| misses(i, distance));
+    let missed: Vec<usize> = (0..measured.len()).into_par_iter().filter(missed).collect();
+    let places: Vec<Point> =
+        missed.into_iter().map(|i| Point::from(Vector::from(local.voxel(i).map(|v| v as f64)))).collect();
+    let around = local.mark(&places, reach, |_, _| true);
+    for i in (0..around.len()).filter(|&i| around[i]) {
+        let own = scan(i).filter(|own| measured[i] && (own - global.values[i]).abs() <= FAR);
+        measured[i] = own.is_some();
+        local.values[i] = own.unwrap_or(local.values[i]);
+    }
+    around
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const N: usize = 16;
+
+    #[test]
+    fn around_a_miss_the_scan_is_taken_and_elsewhere_the_fit_stays() {
+        let height = |i: usize| (i / N / N) as f32 - 7.5;
+        let miss = 8 * N * N + 8 * N + 8;
+        let mut fit = Dense { sides: [N; 3], values: (0..N * N * N).map(|i| height(i) + 0.2).collect() };
+        let global = Dense { sides: [N; 3], values: (0..N * N * N).map(|i| height(i) - 1.3).collect() };
+        fit.values[miss] = -9.0;
+        let before = fit.values.clone();
+        let mut measured: Vec<bool> = (0..N * N * N).map(|i| height(i).abs() < 1.0).collect();
+        let own = |i: usize| (i != miss + 1).then(|| height(i));
+        let around = unsettled(&mut fit, &global, &mut measured, 2, own);
+        assert_eq!(around.iter().filter(|around| **around).count(), 125);
+        assert_eq!((fit.values[miss], fit.values[miss + 2]), (height(miss), height(miss)));
+        assert!(measured[miss] && !measured[miss + 1]);
+        let untouched = |&i: &usize| !around[i] || height(i).abs() > 1.0;
+        assert!((0..N * N * N).filter(untouched).all(|i| fit.values[i] == before[i]));
+    }
+
+    #[test]
+    fn a_fit_that_settled_is_left_alone() {
+        let mut fit = Dense { sides: [N; 3], values: vec![0.5; N * N * N] };
+        let global = Dense { sides: [N; 3], values: vec![1.5; N * N * N] };
+        let mut measured = vec![true; N * N * N];
+        let around = unsettled(&mut fit, &global, &mut measured, 2, |i| (i % 2 == 0).then_some(0.0));
+        assert!(around.iter().all(|around| !around) && measured.iter().all(|measured| *measured));
+        assert!(fit.values.iter().all(|value| *value == 0.5));
+    }
+}
