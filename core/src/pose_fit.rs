@@ -225,7 +225,9 @@ impl<'a, 'b> PoseFit<'a, 'b> {
             eliminate_own_weights(self.buffers.chunk, modes, modes + POSE, own);
         }
         // In the rigid rounds only the first sums are used, and adding in double precision is dear where it is soft.
-        for (sum, &part) in self.buffers.normal.iter_mut().zip(self.buffers.chunk.iter()).take(sums_len(modes)) {
+        for (sum, &part) in
+            self.buffers.normal.iter_mut().zip(self.buffers.chunk.iter()).take(sums_len(modes))
+        {
             *sum += f64::from(part);
         }
     }

@@ -3,6 +3,7 @@
 pub mod browser;
 pub mod buffers;
 pub mod device_memory;
+pub mod expected_errors;
 pub mod firmware;
 pub mod fuzz;
 pub mod line;

@@ -1,40 +1,14 @@
 //! The expected errors of completed surfaces hold for shapes the trainer never saw.
 
 use lacuna::Model;
-use lacuna_host::synth::{Head, Kind};
-use lacuna_host::train::held_out::trial;
-use lacuna_host::uncertainty::expected::{expected, misfit};
-use lacuna_host::{io, mesh::Mesh};
+use lacuna_host::mesh::Mesh;
+use lacuna_host::synth::Head;
+use lacuna_tests::expected_errors::shares;
 use lacuna_tests::program::{json, lacuna, succeeds};
-use lacuna_tests::real_data;
 use std::path::Path;
 
-/// Where the share of true errors below the stated one-sigma error must lie, over several scans.
-const SHARE: std::ops::RangeInclusive<f64> = 0.6..=0.75;
-/// The same for a handful of synthetic scans: a completion is off as a whole or not, and a few of them scatter.
+/// Where the share of true errors below the stated one-sigma error must lie for a handful of synthetic scans: a completion is off as a whole or not, and a few of them scatter.
 const SHARE_OF_FEW: std::ops::RangeInclusive<f64> = 0.5..=0.85;
-
-/// Shares of measured and inferred vertices whose true error is below the expected one, over scans of `shapes` from
-/// one side and from three.
-fn shares(model: &Model<'_>, shapes: &[Mesh]) -> [f64; 2] {
-    let calibration = model.calibration().expect("a calibration");
-    let (mut within, mut of) = ([0.0; 2], [0.0; 2]);
-    for (number, shape) in shapes.iter().enumerate() {
-        for kind in [Kind::Front, Kind::Stitched] {
-            let done = trial(model, shape, 100 + number, kind).expect("a completion");
-            let misfit = misfit(&done.cues);
-            let known = done.cues.iter().zip(&done.errors).filter_map(|(cue, error)| Some((cue, (*error)?)));
-            for (cue, error) in known {
-                let part = usize::from(!cue.measured);
-                of[part] += 1.0;
-                within[part] += f64::from(u8::from(error <= expected(calibration, cue, misfit)));
-            }
-        }
-    }
-    let shares = [within[0] / of[0], within[1] / of[1]];
-    println!("{} shapes: measured {:.3}, inferred {:.3}", shapes.len(), shares[0], shares[1]);
-    shares
-}
 
 #[test]
 fn a_synthetic_class_states_errors_that_hold_for_other_members() {
@@ -84,20 +58,4 @@ fn without_calibration(path: &Path) {
     assert!(!header("a.ply").contains("a guess") && header("b.ply").contains("a guess"));
     let both = ["train", "heads", "-o", "x.lacuna", "--no-calibration", "--leave-one-out"];
     assert_eq!(lacuna(path, &both).status.code(), Some(2));
-}
-
-#[test]
-fn real_faces_state_errors_that_hold_for_other_faces() {
-    let Some(faces) = real_data("faces/train") else { return };
-    let folder = tempfile::tempdir().unwrap();
-    let names: Vec<String> =
-        (0..30).map(|i| faces.join(format!("train_{i:03}.ply")).display().to_string()).collect();
-    let mut arguments = vec!["train", "-o", "face.lacuna", "--spacing", "3.3"];
-    arguments.extend(names.iter().map(String::as_str));
-    succeeds(folder.path(), &arguments);
-    let bytes = std::fs::read(folder.path().join("face.lacuna")).unwrap();
-    let others: Vec<Mesh> =
-        (30..42).map(|i| io::read(&faces.join(format!("train_{i:03}.ply"))).unwrap()).collect();
-    let shares = shares(&Model::from_bytes(&bytes).unwrap(), &others);
-    assert!(shares.iter().all(|share| SHARE.contains(share)), "{shares:?}");
 }

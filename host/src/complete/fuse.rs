@@ -10,6 +10,8 @@ use rayon::prelude::*;
 
 /// Layers around the stored voxels that are extrapolated.
 const LAYERS: usize = 5;
+/// Layers beyond the support, where all shapes have ended, that go on straight.
+const BEYOND: usize = 2;
 /// Largest difference between far field and mean, voxels, where the far field is relied on.
 const FAITHFUL: f32 = 0.35;
 /// Strips at the rim narrower than twice this are cut off, voxels.
@@ -52,7 +54,35 @@ impl Dense {
                 (deviations[i], field.values[i]) = (deviation, value);
             }
         }
+        for _ in 0..BEYOND {
+            for (i, value) in field.straight(model) {
+                field.values[i] = value;
+            }
+        }
         field
+    }
+
+    /// Unknown voxels off the support that two known ones in a row lead to, and their distances.
+    fn straight(&self, model: &Model<'_>) -> Vec<(usize, f32)> {
+        let [width, height, _] = self.sides;
+        let next = |&i: &usize| {
+            let voxel = self.voxel(i);
+            let (mut sum, mut count) = (0.0, 0);
+            for (axis, step) in [1, width, width * height].into_iter().enumerate() {
+                let ahead = (voxel[axis] + 2 < self.sides[axis]).then(|| [i + step, i + 2 * step]);
+                let behind = (voxel[axis] >= 2).then(|| [i - step, i - 2 * step]);
+                for [near, far] in ahead.into_iter().chain(behind) {
+                    let value = 2.0 * self.values[near] - self.values[far];
+                    if !value.is_nan() {
+                        (sum, count) = (sum + value, count + 1);
+                    }
+                }
+            }
+            let off = count > 0 && sample::far(model, voxel.map(|v| v as f32)).is_none();
+            off.then(|| (i, sum / count as f32))
+        };
+        let unknown: Vec<usize> = (0..self.values.len()).filter(|&i| self.values[i].is_nan()).collect();
+        unknown.par_iter().filter_map(next).collect()
     }
 
     /// Unknown voxels on the support next to known deviations: place, deviation and distance.
