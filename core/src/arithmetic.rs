@@ -29,7 +29,7 @@
 //! - a box of node curvatures: 65535 · 31³ < 2³¹;
 //! - a box of ratios: 64 · (2 r + 1)³ · 2^F ≤ 2³¹ by the choice of F.
 
-use crate::fixed::{Factor, round_shift, round_shift_wide, saturate};
+use crate::fixed::{Factor, Multiplier, round_shift, round_shift_wide, saturate};
 use crate::hull::Key;
 use core::fmt::Debug;
 
@@ -193,7 +193,7 @@ impl Arithmetic for Fixed {
     type Residual = i16;
     type Sum = i32;
     type Reciprocal = Factor;
-    type Gain = Factor;
+    type Gain = Multiplier;
 
     fn weight(sigma: f64) -> i16 {
         // `as` saturates and takes NaN to 0; floor is libm's on every chip.
@@ -292,19 +292,20 @@ impl Arithmetic for Fixed {
     #[inline(always)]
     fn ratio(boxed: i32, reciprocal: Factor, kernel: Kernel) -> i32 {
         let limit = 64i32 << kernel.ratio_bits;
-        reciprocal.multiply(boxed).clamp(1 - limit, limit - 1)
+        reciprocal.unpacked().multiply(boxed).max(1 - limit).min(limit - 1)
     }
 
-    fn gain(step: f64, gain: f64, kernel: Kernel) -> Factor {
+    fn gain(step: f64, gain: f64, kernel: Kernel) -> Multiplier {
         let bits = (WEIGHT_BITS + MOMENTUM_BITS) as i32 - kernel.ratio_bits as i32;
-        Factor::new(libm::scalbn(step * gain / f64::from(kernel.volume), bits))
+        Factor::new(libm::scalbn(step * gain / f64::from(kernel.volume), bits)).unpacked()
     }
 
     #[inline(always)]
-    fn step(weight: i16, previous: i16, momentum: i32, boxed: i32, gain: Factor) -> i16 {
+    fn step(weight: i16, previous: i16, momentum: i32, boxed: i32, gain: Multiplier) -> i16 {
+        // Below 2²⁴; from 2²⁶ on the product takes any weight to its limit.
         let inertia = (i32::from(weight) - i32::from(previous)) * momentum;
-        let change = inertia.saturating_sub(gain.multiply(boxed));
-        let next = i32::from(weight) + (change.saturating_add(1 << (MOMENTUM_BITS - 1)) >> MOMENTUM_BITS);
+        let change = inertia.wrapping_sub(gain.multiply(boxed)).wrapping_add(1 << (MOMENTUM_BITS - 1));
+        let next = i32::from(weight) + (change >> MOMENTUM_BITS);
         next.clamp(-32767, 32767) as i16
     }
 }
