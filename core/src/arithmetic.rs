@@ -273,7 +273,7 @@ impl Arithmetic for Fixed {
 
     #[inline(always)]
     fn is_zero(sums: &[i32]) -> bool {
-        sums.iter().all(|&sum| sum == 0)
+        sums.iter().fold(0, |all, &sum| all | sum) == 0
     }
 
     #[inline(always)]
