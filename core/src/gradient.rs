@@ -41,7 +41,7 @@ impl<'c, A: Arithmetic, const G: usize> Shares<'c, A, G> {
 
     /// Adds a voxel: its number within the brick, its residual and its trilinear weights.
     #[inline]
-    pub fn push(&mut self, voxel: usize, residual: A::Residual, factors: [u8; 8], stride: Stride) {
+    pub fn push(&mut self, voxel: usize, residual: A::Residual, factors: [i32; 8], stride: Stride) {
         let slots = self.corners.get_mut(self.count).zip(self.voxels.get_mut(self.count));
         if let Some((slot, number)) = slots {
             (*slot, *number) = (A::share_row(residual, factors, stride), voxel as u16);
@@ -116,7 +116,9 @@ fn add_column<A: Arithmetic>(slots: &mut [A::Sum], sums: &[[A::Sum; 8]], corner:
 
 /// φ q³ of the eight corners for the voxel at `at` within a cell.
 #[inline]
-pub fn trilinear([x, y, z]: [u8; 3], q: u8) -> [u8; 8] {
+pub fn trilinear(at: [u8; 3], q: u8) -> [i32; 8] {
+    let q = i32::from(q);
+    let [x, y, z] = at.map(i32::from);
     let (u, v, w) = (q - x, q - y, q - z);
     let (a, b, c, d) = (v * w, y * w, v * z, y * z);
     [u * a, x * a, u * b, x * b, u * c, x * c, u * d, x * d]
