@@ -308,15 +308,22 @@ struct RowCursor {
 
 impl RowCursor {
     /// Number of a stored voxel in the same row as the one before.
-    #[inline(never)]
-    fn find(&mut self, model: &Model<'_>, [x, y, z]: [u16; 3]) -> Option<usize> {
-        let edge = u16::from(model.grid().brick()).max(1);
+    #[inline(always)]
+    fn find(&mut self, model: &Model<'_>, at: [u16; 3]) -> Option<usize> {
+        let [x, ..] = at;
         if !(self.span.0..self.span.1).contains(&x) {
-            let start = x / edge * edge;
-            *self = Self { span: (start, start + edge), row: model.row_at([x, y, z]) };
+            self.seek(model, at);
         }
         let (first, row) = self.row?;
         Some(first + row.voxel((x - self.span.0) as u8)?)
+    }
+
+    /// Goes on to the row of another brick.
+    #[inline(never)]
+    fn seek(&mut self, model: &Model<'_>, at: [u16; 3]) {
+        let edge = u16::from(model.grid().brick()).max(1);
+        let start = at[0] / edge * edge;
+        *self = Self { span: (start, start + edge), row: model.row_at(at) };
     }
 }
 
