@@ -92,8 +92,9 @@ impl<'a> Corners<'a> {
         let sums = sums.get_mut(..modes.len()).unwrap_or_default();
         let exponents = self.exponents.get(first..).unwrap_or(&[]);
         for (quad, bases) in self.quads() {
-            let share =
-                |&(number, _): &Member<'_>| shares.get(usize::from(number)).map(|s| (s * power(SHARE)) as i32);
+            let share = |&(number, _): &Member<'_>| {
+                shares.get(usize::from(number)).map(|s| (s * power(SHARE)) as i32)
+            };
             let bases = bases.map(|basis| basis.get(first..).unwrap_or(&[]));
             combine(sums, core::array::from_fn(|i| quad.get(i).and_then(share).unwrap_or(0)), bases);
         }

@@ -113,7 +113,9 @@ mod tests {
         for (mantissa, shift) in (0..63).flat_map(|shift| [32_768, 51_234, 65_535].map(|m| (m, shift))) {
             let factor = Factor { mantissa, shift }.unpacked();
             for i in 0..32 {
-                for x in [i32::MIN >> i, (i32::MIN >> i) + 1, -98_765_432 >> i, 12_345_678 >> i, i32::MAX >> i] {
+                for x in
+                    [i32::MIN >> i, (i32::MIN >> i) + 1, -98_765_432 >> i, 12_345_678 >> i, i32::MAX >> i]
+                {
                     let exact = round_shift_wide(i64::from(x) * i64::from(mantissa), u32::from(shift));
                     let product = i64::from(factor.multiply(x));
                     if exact.abs() < 1 << 27 {
