@@ -5,6 +5,7 @@
 //! multiply-add.
 
 use crate::model::Brick;
+use crate::sample::power;
 
 /// A share of one, 2 to this power. Shares sum to one at most, so a sum with basis values is below 2²⁰ · 128.
 const SHARE: i32 = 20;
@@ -102,12 +103,6 @@ impl<'a> Corners<'a> {
             *mode += sum as f32 * power(-SHARE - i32::from(exponent));
         }
     }
-}
-
-/// 2^exponent, within -126..=127.
-#[inline(always)]
-const fn power(exponent: i32) -> f32 {
-    f32::from_bits((exponent.wrapping_add(127) as u32) << 23)
 }
 
 /// Σ w b for four corners.
