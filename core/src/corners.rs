@@ -7,11 +7,10 @@
 use crate::model::Brick;
 use crate::sample::power;
 
-/// A share of one, 2 to this power. Shares sum to one at most, so a sum with basis values is below 2²⁰ · 128.
-const SHARE: i32 = 20;
-/// A weight of one standard deviation at exponent 0, 2 to this power: 16 σ · 2¹⁷ / 2⁵ · 128, for 127 modes, is below
-/// 2³¹.
-const WEIGHT: i32 = 17;
+/// A share of one. Shares sum to one at most, so a sum with basis values is below 2²⁰ · 128.
+const SHARE: f32 = (1 << 20) as f32;
+/// A weight of one standard deviation at exponent 0: 16 σ · 2¹⁷ / 2⁵ · 128, for 127 modes, is below 2³¹.
+const WEIGHT: f32 = (1 << 17) as f32;
 /// Corners taken at a time.
 const LANES: usize = 4;
 /// Modes taken at a time.
@@ -65,7 +64,7 @@ impl<'a> Corners<'a> {
         let mut scaled = [0; MODES];
         let exponents = self.exponents.get(first..).unwrap_or(&[]);
         for ((scaled, &weight), &exponent) in scaled.iter_mut().zip(weights).zip(exponents) {
-            *scaled = (weight * power(WEIGHT - i32::from(exponent))) as i32;
+            *scaled = (weight * (WEIGHT * power(exponent))) as i32;
         }
         let scaled = scaled.get(..weights.len()).unwrap_or(&[]);
         for (quad, bases) in self.quads() {
@@ -73,7 +72,7 @@ impl<'a> Corners<'a> {
                 quad.iter().zip(dots(scaled, bases.map(|basis| basis.get(first..).unwrap_or(&[]))))
             {
                 if let Some(value) = values.get_mut(usize::from(number)) {
-                    *value += sum as f32 * power(-WEIGHT);
+                    *value += sum as f32 / WEIGHT;
                 }
             }
         }
@@ -93,14 +92,13 @@ impl<'a> Corners<'a> {
         let sums = sums.get_mut(..modes.len()).unwrap_or_default();
         let exponents = self.exponents.get(first..).unwrap_or(&[]);
         for (quad, bases) in self.quads() {
-            let share = |&(number, _): &Member<'_>| {
-                shares.get(usize::from(number)).map(|s| (s * power(SHARE)) as i32)
-            };
+            let share =
+                |&(number, _): &Member<'_>| shares.get(usize::from(number)).map(|s| (s * SHARE) as i32);
             let bases = bases.map(|basis| basis.get(first..).unwrap_or(&[]));
             combine(sums, core::array::from_fn(|i| quad.get(i).and_then(share).unwrap_or(0)), bases);
         }
         for ((mode, &sum), &exponent) in modes.iter_mut().zip(sums.iter()).zip(exponents) {
-            *mode += sum as f32 * power(-SHARE - i32::from(exponent));
+            *mode += sum as f32 * (power(exponent) / SHARE);
         }
     }
 }
@@ -139,7 +137,7 @@ mod tests {
             core::array::from_fn(|c| core::array::from_fn(|k| (c * 41 + k * 89 + 3) as u8));
         let mut corners = Corners { exponents: &exponents, members: [(0, &[]); 8], count: 0 };
         bases.iter().enumerate().for_each(|(c, basis)| corners.push(c as u8 + 1, basis));
-        let value = |c: usize, k: usize| f32::from(bases[c][k] as i8) * power(-i32::from(exponents[k]));
+        let value = |c: usize, k: usize| f32::from(bases[c][k] as i8) * power(exponents[k]);
 
         let weights: [f32; 45] = core::array::from_fn(|k| libm::sinf(k as f32) * 3.0);
         let mut values = [0.5; 8];

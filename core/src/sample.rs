@@ -129,10 +129,10 @@ pub fn band(
     Some(place.interpolate(&values))
 }
 
-/// 2^exponent, within -126..=127.
-#[inline(always)]
-pub const fn power(exponent: i32) -> f32 {
-    f32::from_bits((exponent.wrapping_add(127) as u32) << 23)
+/// 2^-exponent.
+#[inline]
+pub fn power(exponent: u8) -> f32 {
+    f32::from_bits(127u32.saturating_sub(u32::from(exponent)) << 23)
 }
 
 #[cfg(test)]
@@ -154,7 +154,7 @@ mod tests {
 
     #[test]
     fn powers_are_exact() {
-        assert_eq!(power(-5), 1.0 / 32.0);
+        assert_eq!(power(5), 1.0 / 32.0);
         assert_eq!(power(0), 1.0);
     }
 }

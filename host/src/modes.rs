@@ -38,7 +38,7 @@ fn row(model: &Model<'_>, mode: usize, camera: &Camera, [width, height]: [usize;
 fn instance(model: &Model<'_>, mode: usize, sigmas: f32) -> Mesh {
     let mut distances = vec![0; model.voxels()];
     for brick in model.bricks() {
-        let unit = brick.exponents().get(mode).map_or(0.0, |&e| 256.0 * sample::power(-i32::from(e)));
+        let unit = brick.exponents().get(mode).map_or(0.0, |&e| 256.0 * sample::power(e));
         for voxel in 0..brick.voxels() {
             let b = brick.basis(voxel).get(mode).map_or(0, |&b| b as i8);
             let distance = f32::from(brick.mean(voxel)) + sigmas * f32::from(b) * unit;
