@@ -29,7 +29,7 @@
 //! - a box of node curvatures: 65535 · 31³ < 2³¹;
 //! - a box of ratios: 64 · (2 r + 1)³ · 2^F ≤ 2³¹ by the choice of F.
 
-use crate::fixed::{Factor, round_shift, round_shift_wide, saturate};
+use crate::fixed::{Factor, Multiplier, round_shift, round_shift_wide, saturate};
 use crate::hull::Key;
 use core::fmt::Debug;
 
@@ -145,12 +145,12 @@ pub trait Arithmetic: Copy {
     /// V 2^-shift of a mode at the eight corners.
     fn corner_row(weights: [Self::Weight; 8], shift: u8) -> Self::Row;
     /// φ W e of a voxel for the eight corners, from its residual and its integer trilinear weights.
-    fn share_row(residual: Self::Residual, factors: [u8; 8], stride: Stride) -> Self::Row;
+    fn share_row(residual: Self::Residual, factors: [i32; 8], stride: Stride) -> Self::Row;
     /// sums + basis · row.
     fn accumulate(sums: &mut [Self::Sum; 8], basis: i8, row: &Self::Row);
     /// The sum of a voxel's modes from those with each corner's weights, its integer trilinear weights and the
     /// brick's least exponent.
-    fn blend(sums: &[Self::Sum; 8], factors: [u8; 8], least: u8, stride: Stride) -> Self::Sum;
+    fn blend(sums: &[Self::Sum; 8], factors: [i32; 8], least: u8, stride: Stride) -> Self::Sum;
     /// W (M + sum - t), limited to ±8 voxels before the weight; `mean` and `target` in 1/256 voxel.
     fn residual(mean: i16, target: i16, weight: i32, sum: Self::Sum) -> Self::Residual;
     /// M + sum, 1/256 voxel, saturated: the fitted distance of a voxel.
@@ -158,7 +158,7 @@ pub trait Arithmetic: Copy {
     /// A cell's gradient 2^-exponent in node units.
     fn to_node(sum: Self::Sum, exponent: u8, kernel: Kernel) -> Self::Sum;
     /// W Σ g b'² of a voxel (2⁻¹² voxel² `raw`) times an integer trilinear weight.
-    fn curvature(raw: u32, weight: i32, factor: u8) -> Self::Sum;
+    fn curvature(raw: u32, weight: i32, factor: i32) -> Self::Sum;
     /// A cell's curvature / q³ in node units.
     fn curvature_to_node(sum: Self::Sum, stride: Stride) -> Self::Sum;
     /// a + b, wrapping: box sums are exact whatever wraps on the way.
@@ -193,7 +193,7 @@ impl Arithmetic for Fixed {
     type Residual = i16;
     type Sum = i32;
     type Reciprocal = Factor;
-    type Gain = Factor;
+    type Gain = Multiplier;
 
     fn weight(sigma: f64) -> i16 {
         // `as` saturates and takes NaN to 0; floor is libm's on every chip.
@@ -216,8 +216,8 @@ impl Arithmetic for Fixed {
     }
 
     #[inline(always)]
-    fn share_row(residual: i16, factors: [u8; 8], stride: Stride) -> [i32; 4] {
-        packed(factors.map(|factor| round_shift(i32::from(residual) * i32::from(factor), stride.share_bits)))
+    fn share_row(residual: i16, factors: [i32; 8], stride: Stride) -> [i32; 4] {
+        packed(factors.map(|factor| round_shift(i32::from(residual) * factor, stride.share_bits)))
     }
 
     #[inline(always)]
@@ -231,7 +231,7 @@ impl Arithmetic for Fixed {
     }
 
     #[inline(always)]
-    fn blend(sums: &[i32; 8], factors: [u8; 8], least: u8, stride: Stride) -> i32 {
+    fn blend(sums: &[i32; 8], factors: [i32; 8], least: u8, stride: Stride) -> i32 {
         let products = sums.iter().zip(factors).map(|(&sum, factor)| i64::from(sum) * i64::from(factor));
         let sum: i64 = products.fold(0, i64::wrapping_add);
         let shift = stride.bits + WEIGHT_BITS + u32::from(least) - DISTANCE_BITS;
@@ -256,9 +256,9 @@ impl Arithmetic for Fixed {
     }
 
     #[inline(always)]
-    fn curvature(raw: u32, weight: i32, factor: u8) -> i32 {
+    fn curvature(raw: u32, weight: i32, factor: i32) -> i32 {
         let voxel = (raw >> 4).min(65535) as i32;
-        round_shift(voxel * weight, 4).wrapping_mul(i32::from(factor))
+        round_shift(voxel * weight, 4).wrapping_mul(factor)
     }
 
     #[inline(always)]
@@ -273,7 +273,7 @@ impl Arithmetic for Fixed {
 
     #[inline(always)]
     fn is_zero(sums: &[i32]) -> bool {
-        sums.iter().all(|&sum| sum == 0)
+        sums.iter().fold(0, |all, &sum| all | sum) == 0
     }
 
     #[inline(always)]
@@ -292,19 +292,20 @@ impl Arithmetic for Fixed {
     #[inline(always)]
     fn ratio(boxed: i32, reciprocal: Factor, kernel: Kernel) -> i32 {
         let limit = 64i32 << kernel.ratio_bits;
-        reciprocal.multiply(boxed).clamp(1 - limit, limit - 1)
+        reciprocal.unpacked().multiply(boxed).max(1 - limit).min(limit - 1)
     }
 
-    fn gain(step: f64, gain: f64, kernel: Kernel) -> Factor {
+    fn gain(step: f64, gain: f64, kernel: Kernel) -> Multiplier {
         let bits = (WEIGHT_BITS + MOMENTUM_BITS) as i32 - kernel.ratio_bits as i32;
-        Factor::new(libm::scalbn(step * gain / f64::from(kernel.volume), bits))
+        Factor::new(libm::scalbn(step * gain / f64::from(kernel.volume), bits)).unpacked()
     }
 
     #[inline(always)]
-    fn step(weight: i16, previous: i16, momentum: i32, boxed: i32, gain: Factor) -> i16 {
+    fn step(weight: i16, previous: i16, momentum: i32, boxed: i32, gain: Multiplier) -> i16 {
+        // Below 2²⁴; from 2²⁶ on the product takes any weight to its limit.
         let inertia = (i32::from(weight) - i32::from(previous)) * momentum;
-        let change = inertia.saturating_sub(gain.multiply(boxed));
-        let next = i32::from(weight) + (change.saturating_add(1 << (MOMENTUM_BITS - 1)) >> MOMENTUM_BITS);
+        let change = inertia.wrapping_sub(gain.multiply(boxed)).wrapping_add(1 << (MOMENTUM_BITS - 1));
+        let next = i32::from(weight) + (change >> MOMENTUM_BITS);
         next.clamp(-32767, 32767) as i16
     }
 }
@@ -351,7 +352,7 @@ impl Arithmetic for Float {
         weights.map(|weight| weight * power(shift))
     }
 
-    fn share_row(residual: f64, factors: [u8; 8], _: Stride) -> [f64; 8] {
+    fn share_row(residual: f64, factors: [i32; 8], _: Stride) -> [f64; 8] {
         factors.map(|factor| residual * f64::from(factor))
     }
 
@@ -359,7 +360,7 @@ impl Arithmetic for Float {
         sums.iter_mut().zip(row).for_each(|(sum, value)| *sum += f64::from(basis) * value);
     }
 
-    fn blend(sums: &[f64; 8], factors: [u8; 8], least: u8, stride: Stride) -> f64 {
+    fn blend(sums: &[f64; 8], factors: [i32; 8], least: u8, stride: Stride) -> f64 {
         let sum: f64 = sums.iter().zip(factors).map(|(sum, factor)| sum * f64::from(factor)).sum();
         sum * power(least) / f64::from(stride.cube())
     }
@@ -378,7 +379,7 @@ impl Arithmetic for Float {
         sum * power(exponent)
     }
 
-    fn curvature(raw: u32, weight: i32, factor: u8) -> f64 {
+    fn curvature(raw: u32, weight: i32, factor: i32) -> f64 {
         let voxel = f64::from(raw) / f64::from(1 << (CURVATURE_BITS + 4));
         voxel * f64::from(weight) / f64::from(FULL_WEIGHT) * f64::from(factor)
     }

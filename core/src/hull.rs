@@ -188,11 +188,20 @@ impl<'m, 'b, K: Key> HullBuilder<'m, 'b, K> {
         let point = point.map(|p| libm::floorf(p * ONE + 0.5) as i32);
         let normal = normal.map(|n| libm::floorf(n * (1 << NORMAL_BITS) as f32 + 0.5) as i32);
         let [xs, ys, zs] = self.ranges(point, normal);
+        let farthest = self.farthest(normal);
         for z in zs.0..zs.1 {
             for y in ys.0..ys.1 {
-                self.add_row(point, normal, xs, y, z);
+                self.add_row(point, normal, (xs, farthest), y, z);
             }
         }
+    }
+
+    /// A row passes the point's normal at no less than its offset along n × e_x. The square of that offset times
+    /// |n × e_x|, 1/65536 voxel², beyond which nothing in a row is in reach; below 2²¹.
+    fn farthest(&self, [_, ny, nz]: [i32; 3]) -> i32 {
+        let length = i64::from((ny * ny + nz * nz) >> NORMAL_BITS) + 1;
+        let reach = i64::from(self.reach.lateral) + 2;
+        ((reach * reach * length) >> NORMAL_BITS) as i32
     }
 
     /// Voxel ranges that the reach of a point covers, cut at the grid.
@@ -214,17 +223,22 @@ impl<'m, 'b, K: Key> HullBuilder<'m, 'b, K> {
     /// Lets a point claim the voxels it reaches in one row. Most voxels of its box are out of reach: distance and
     /// squared offset are carried along the row, and only what is reached is looked up in the model.
     #[inline(never)]
-    fn add_row(&mut self, point: [i32; 3], normal: [i32; 3], (from, to): (u16, u16), y: u16, z: u16) {
+    fn add_row(
+        &mut self,
+        point: [i32; 3],
+        normal: [i32; 3],
+        ((from, to), farthest): ((u16, u16), i32),
+        y: u16,
+        z: u16,
+    ) {
         let offset = |v: u16, p: i32| (i32::from(v) << DISTANCE_BITS) - p;
         let ([px, py, pz], [nx, ny, nz]) = (point, normal);
         let (oy, oz) = (offset(y, py), offset(z, pz));
         let (fixed_along, fixed_squared) = (oy * ny + oz * nz, oy * oy + oz * oz);
         let (front, lateral) = (i32::from(self.reach.front), i32::from(self.reach.lateral));
-        // A row passes the point's normal at no less than this, along n x e_x; most rows of the box miss it.
-        let across = i64::from((oy * nz - oz * ny) >> NORMAL_BITS);
-        let length = i64::from((ny * ny + nz * nz) >> NORMAL_BITS) + 1;
-        let reach = i64::from(lateral + 2);
-        if across * across > (reach * reach * length) >> NORMAL_BITS {
+        // Most rows of the box miss the normal; at most 12 voxels either way, so the square fits.
+        let across = (oy * nz - oz * ny) >> NORMAL_BITS;
+        if across * across > farthest {
             return;
         }
         let mut row = RowCursor::default();
@@ -294,15 +308,22 @@ struct RowCursor {
 
 impl RowCursor {
     /// Number of a stored voxel in the same row as the one before.
-    #[inline(never)]
-    fn find(&mut self, model: &Model<'_>, [x, y, z]: [u16; 3]) -> Option<usize> {
-        let edge = u16::from(model.grid().brick()).max(1);
+    #[inline(always)]
+    fn find(&mut self, model: &Model<'_>, at: [u16; 3]) -> Option<usize> {
+        let [x, ..] = at;
         if !(self.span.0..self.span.1).contains(&x) {
-            let start = x / edge * edge;
-            *self = Self { span: (start, start + edge), row: model.row_at([x, y, z]) };
+            self.seek(model, at);
         }
         let (first, row) = self.row?;
         Some(first + row.voxel((x - self.span.0) as u8)?)
+    }
+
+    /// Goes on to the row of another brick.
+    #[inline(never)]
+    fn seek(&mut self, model: &Model<'_>, at: [u16; 3]) {
+        let edge = u16::from(model.grid().brick()).max(1);
+        let start = at[0] / edge * edge;
+        *self = Self { span: (start, start + edge), row: model.row_at(at) };
     }
 }
 

@@ -336,7 +336,7 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         let Some(residuals) = self.residuals.get(brick.first..) else { return };
         let (kernel, stride, q) = (self.kernel(), self.stride, self.stride.voxels);
         let Some(scratch) = self.cell.get_mut(self.model.modes()..) else { return };
-        let mut shares = Shares::<A>::new(scratch);
+        let mut shares = Shares::<A, GROUP>::new(scratch);
         for cell in cells(&brick, q).filter(|cell| cell.any(&brick, wanted, q)) {
             shares.clear();
             cell.visit(&brick, wanted, q, |at, voxel| {
@@ -344,7 +344,7 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
                 shares.push(voxel, residual, trilinear(at, q), stride);
             });
             let places = self.nodes.corners(&cell).map(|number| number * GROUP);
-            shares.add_to(&brick, group, kernel, (self.gradient, places));
+            shares.add_to(&brick, group * GROUP, kernel, (self.gradient, places));
         }
     }
 

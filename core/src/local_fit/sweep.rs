@@ -8,8 +8,11 @@ use super::{LocalFit, Stage, move_node};
 use crate::arithmetic::Arithmetic;
 use crate::cells::cells_of_layer;
 use crate::field::{Field, dots};
-use crate::gradient::{GROUP, Shares, trilinear};
+use crate::gradient::{Shares, trilinear};
 use crate::model::Brick;
+
+/// Modes whose gradients are taken at a time.
+const TAKEN: usize = 15;
 
 impl<'m, A: Arithmetic> LocalFit<'m, '_, A> {
     /// One brick of a sweep, if it lies in the layer; then what comes next.
@@ -47,7 +50,7 @@ impl<'m, A: Arithmetic> LocalFit<'m, '_, A> {
         let least = brick.least_exponent();
         let starts = [layer, layer + 1].map(|z| self.nodes.before(z));
         let halves = if layer.is_multiple_of(2) { [0, self.half] } else { [self.half, 0] };
-        let mut shares = Shares::<A>::new(scratch);
+        let mut shares = Shares::<A, TAKEN>::new(scratch);
         for cell in cells_of_layer(brick, q, within).filter(|cell| cell.any(brick, wanted, q)) {
             let nodes = self.nodes.corners(&cell);
             field.gather(brick, nodes, least, corners);
@@ -66,9 +69,9 @@ impl<'m, A: Arithmetic> LocalFit<'m, '_, A> {
                 let (start, half) = if i < 4 { near } else { far };
                 *place = half + place.saturating_sub(start) * modes;
             }
-            for group in 0..modes.div_ceil(GROUP) {
-                shares.add_to(brick, group, kernel, (self.gradient, places));
-                places = places.map(|place| place + GROUP);
+            for first in (0..modes).step_by(TAKEN) {
+                shares.add_to(brick, first, kernel, (self.gradient, places));
+                places = places.map(|place| place + TAKEN);
             }
         }
     }
@@ -85,7 +88,7 @@ impl<'m, A: Arithmetic> LocalFit<'m, '_, A> {
         };
         for (sums, number) in gradient.chunks_exact_mut(modes).zip(nodes) {
             // Most nodes lie beyond the hull's reach; only momentum moves those.
-            if momentum == 0 && A::is_zero(sums) {
+            if momentum == 0 && sums.chunks(4).all(A::is_zero) {
                 continue;
             }
             let reciprocal = self.reciprocals.get(number).copied().unwrap_or_default();
