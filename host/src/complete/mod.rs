@@ -12,8 +12,8 @@ pub mod verdict;
 
 use crate::fit::{Fit, fit};
 use crate::mesh::{Mesh, Point};
-use crate::points::OrientedPoints;
-use crate::register::{self, Placed, prepare};
+use crate::points::{OrientedPoints, thin_to};
+use crate::register::{self, Placed, centred};
 use crate::sentence::sentence;
 use crate::surface::fair;
 use crate::train::distance::Surface;
@@ -23,9 +23,10 @@ use crate::uncertainty::posterior::Posterior;
 use crate::uncertainty::spread::{Spread, spread};
 use clutter::{APART, Clutter};
 use fuse::Dense;
+use lacuna::cloud::CAPACITY;
 use lacuna::completion::Settings;
 use lacuna::pose_fit::{ROUNDS, Round};
-use lacuna::{Arithmetic, Model, Pose, Reach, Schedule, Standing};
+use lacuna::{Arithmetic, Model, Reach, Schedule, Standing};
 use merge::{Limits, MEASURED, Merged};
 use verdict::{Grade, Verdict};
 
@@ -96,7 +97,7 @@ pub enum Error {
     NoSurface(&'static str),
 }
 
-/// Hull points are this far apart, voxels.
+/// Hull points are this far apart, voxels; further where the scan would have more than [`CAPACITY`] of them.
 const HULL_CELL: f64 = 0.5;
 /// Farthest motion of the fitted surface onto the scan, class millimetres.
 const MOTION: f64 = 4.0;
@@ -241,9 +242,9 @@ pub fn start(model: &Model<'_>, scan: &Mesh, options: &Options<'_>) -> Result<St
 
 /// The scan thinned for a pose and centred, and the pose for these points.
 pub fn thinned(scan: &Mesh, hint: &Placed) -> (Placed, OrientedPoints) {
-    let (centre, points) = prepare(scan, HULL_CELL / f64::from(hint.pose.scale));
-    let translation = hint.to_model(&centre).coords.map(|c| c as f32).into();
-    (Placed { centre, pose: Pose { translation, ..hint.pose } }, points)
+    let cell = HULL_CELL / f64::from(hint.pose.scale);
+    let (centre, points) = centred(&thin_to(scan, cell, CAPACITY));
+    (hint.about(centre), points)
 }
 
 /// The points that the core did not leave out.

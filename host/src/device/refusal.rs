@@ -25,7 +25,7 @@ pub fn refusal(refusal: &Refusal) -> String {
             format!("it has {received} points and takes those that follow: go on from there")
         }
         Refusal::TooManyPoints { limit } => {
-            format!("it takes at most {limit} points: thin the scan, or build its firmware with more memory")
+            format!("it takes at most {limit} points of this scan: build its firmware with more memory")
         }
         Refusal::PointsMissing { received, announced } => {
             format!("it has {received} of {announced} points: send the others first")

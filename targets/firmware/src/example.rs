@@ -38,7 +38,7 @@ pub fn run<M: Machine>(machine: &mut M) -> Result<(), Refused> {
     complete(machine, &scale).inspect_err(|refused| {
         let reason = match refused {
             Refused::Memory => "the static memory is in use",
-            Refused::TooManyPoints => "the scan has more points than memory::POINTS",
+            Refused::TooManyPoints => "the scan has more points than cloud::CAPACITY",
             Refused::Core(Error::EmptyHull) => "the scan does not touch the model in this pose",
             Refused::Core(_) => "the core refuses the linked model or scan",
         };

@@ -1,7 +1,7 @@
 //! All memory of a completion, in statics: `size` shows at build time whether it fits.
 
 use lacuna::arithmetic::{Arithmetic, Fixed};
-use lacuna::cloud::Packed;
+use lacuna::cloud::{CAPACITY, Packed};
 use lacuna::completion::Memory;
 use lacuna::fixed::Factor;
 use lacuna::{PoseBuffers, Workspace};
@@ -12,12 +12,9 @@ mod sizes {
     include!(concat!(env!("OUT_DIR"), "/sizes.rs"));
 }
 
-/// Points a scan may have.
-pub const POINTS: usize = 24_576;
-
 type Cell<T, const N: usize> = ConstStaticCell<[T; N]>;
 
-static POINT_BUFFER: Cell<Packed, POINTS> = Cell::new([[0; 6]; POINTS]);
+static POINT_BUFFER: Cell<Packed, CAPACITY> = Cell::new([[0; 6]; CAPACITY]);
 static TARGETS: Cell<i16, { sizes::TARGETS }> = Cell::new([0; sizes::TARGETS]);
 static NORMAL: Cell<f64, { sizes::NORMAL }> = Cell::new([0.0; sizes::NORMAL]);
 static BLOCK: Cell<i32, { sizes::BLOCK }> = Cell::new([0; sizes::BLOCK]);
