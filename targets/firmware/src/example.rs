@@ -56,7 +56,7 @@ fn complete<M: Machine>(machine: &mut M, scale: &Scale) -> Result<(), Refused> {
     let start = machine.ticks();
     let model = Model::from_bytes(&MODEL)?;
     let checked = machine.ticks().wrapping_sub(start);
-    let (points, memory) = memory::take().ok_or(Refused::Memory)?;
+    let (memory::Scan { points, .. }, memory) = memory::take().ok_or(Refused::Memory)?;
     let scan = Bytes(&SCAN);
     let packed = scan.points();
     let count = packed.len();
