@@ -11,6 +11,10 @@ use libm::floorf;
 /// A point: position in steps, then its outward unit normal in 1/16384.
 pub type Packed = [i16; 6];
 
+/// Most points of a scan: as many as the example firmwares have room for. The host thins a scan until it has no more,
+/// so that host and device fit the same points and no scan is too large.
+pub const CAPACITY: usize = 24_576;
+
 /// Units a component of a unit normal has.
 const NORMAL: f32 = 16384.0;
 

@@ -114,6 +114,8 @@ pub enum Buffer {
     Nodes,
     /// Values of one interpolated cell.
     Cell,
+    /// The last rows of a depth image.
+    DepthRows,
 }
 
 /// Options, for [`Error::Option`].
@@ -132,4 +134,16 @@ pub enum OptionName {
     Momentum,
     /// Misfit scale of the pose.
     Misfit,
+    /// Width and height of a depth image.
+    ImageSize,
+    /// Focal length of a depth camera.
+    FocalLength,
+    /// Principal point of a depth camera.
+    PrincipalPoint,
+    /// Length of a grey level of a depth image.
+    DepthUnit,
+    /// Largest depth difference within a surface.
+    DepthJump,
+    /// Stride or reach of a depth image's pixels.
+    PixelStride,
 }

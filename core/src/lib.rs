@@ -22,6 +22,7 @@ pub mod cloud;
 pub mod completion;
 pub mod corners;
 pub mod curvature;
+pub mod curve;
 pub mod depth;
 pub mod error;
 pub mod field;

@@ -108,6 +108,22 @@ pub fn thin(mesh: &Mesh, cell: f64) -> OrientedPoints {
     smoothed(&merged)
 }
 
+/// Thins as [`thin`] does, with the first cell from `cell` on that leaves at most `most` points.
+///
+/// n points in cubes of edge c cover an area of n c², so the next cell is c √(n / most), and 2 % longer at least.
+pub fn thin_to(mesh: &Mesh, mut cell: f64, most: usize) -> OrientedPoints {
+    const GROWTH: f64 = 1.02;
+    loop {
+        let thinned = thin(mesh, cell);
+        let excess = thinned.points.len() as f64 / most as f64;
+        // Cubes without an end hold few points; without a length, none.
+        if excess <= 1.0 || !cell.is_normal() {
+            return thinned;
+        }
+        cell *= excess.sqrt().max(GROWTH);
+    }
+}
+
 /// One of six directions, so that two sides of a thin part do not cancel.
 fn facing(normal: &Vector) -> u8 {
     let axis = normal.iamax();
@@ -197,6 +213,18 @@ mod tests {
         assert!((100..=121).contains(&thinned.points.len()), "{}", thinned.points.len());
         assert!(thinned.points.iter().all(|p| (p.z - 0.5).abs() < 1e-9));
         assert!(thinned.normals.iter().all(|n| (n - Vector::z()).norm() < 1e-9));
+    }
+
+    #[test]
+    fn a_cloud_with_room_is_thinned_as_before_and_one_without_just_fits() {
+        let sheet = sheet(0.5, true);
+        let plain = thin(&sheet, 0.1);
+        let same = thin_to(&sheet, 0.1, plain.points.len());
+        assert_eq!((same.points, same.normals), (plain.points.clone(), plain.normals));
+        for most in [9000, 5000, 1000, 100] {
+            let count = thin_to(&sheet, 0.1, most).points.len();
+            assert!(count <= most && count > most * 7 / 10, "{count} of {most}");
+        }
     }
 
     #[test]

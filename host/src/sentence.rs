@@ -1,6 +1,7 @@
 //! What the core refuses, as sentences: what is wrong and what to do.
 
 use lacuna::Error;
+use lacuna::error::OptionName;
 
 /// An error of the core as a sentence.
 pub fn sentence(error: &Error) -> String {
@@ -31,9 +32,25 @@ pub fn sentence(error: &Error) -> String {
         Error::Radius { asked } => {
             format!("a kernel radius of {asked} nodes is too wide for the fixed-point bounds")
         }
-        Error::Option(name) => format!("the option {name:?} is out of range"),
+        Error::Option(name) => option(*name),
         Error::Pose => "the pose is not a rotation with a positive scale".into(),
         Error::TooFewPoints { given } => format!("{given} points are too few to find a pose"),
         Error::EmptyHull => "the scan does not touch the model in this pose: is the pose right?".into(),
     }
+}
+
+/// What a number has to be.
+fn option(name: OptionName) -> String {
+    let camera = match name {
+        OptionName::ImageSize => "the depth image has no pixels: give its width and height",
+        OptionName::FocalLength => {
+            "a focal length of the depth camera is not greater than 0: correct fx and fy"
+        }
+        OptionName::PrincipalPoint => "the depth camera's principal point is not finite: correct cx and cy",
+        OptionName::DepthUnit => "the depth image's unit is not greater than 0: correct it",
+        OptionName::DepthJump => "the largest step within a surface is not a length: correct it",
+        OptionName::PixelStride => "the pixels' stride and reach must be at least 1: correct them",
+        _ => return format!("the option {name:?} is out of range"),
+    };
+    camera.into()
 }

@@ -5,10 +5,15 @@ use lacuna::wire::device::{Ended, Port};
 use lacuna::wire::{Buffers, Device, serve};
 use lacuna::{Fixed, Model, Sizes};
 
+/// Pixels of a depth image that a device keeps, as the firmware does.
+const ROWS: usize = 2560;
+
 /// Memory of a device.
 pub struct DeviceMemory {
     /// Its points.
     pub points: Vec<Packed>,
+    /// Its rows of a depth image.
+    pub rows: Vec<u16>,
     fit: lacuna_host::fit::Buffers<Fixed>,
     wire: Box<Buffers>,
 }
@@ -20,6 +25,7 @@ impl DeviceMemory {
         let sizes = model.and_then(|model| Sizes::required(&model, &crate::momentum_schedule(&model)).ok());
         Self {
             points: vec![[0; 6]; points],
+            rows: vec![0; ROWS],
             fit: lacuna_host::fit::Buffers::new(&sizes.unwrap_or_default()),
             wire: Box::new(Buffers::new()),
         }
@@ -28,7 +34,8 @@ impl DeviceMemory {
     /// Serves until the line ends.
     pub fn serve<P: Port>(&mut self, port: &mut P, model: &[u8]) -> Ended<P::Error> {
         let memory = self.fit.memory();
-        let device = Device { machine: "test", model, points: &mut self.points, memory };
+        let device =
+            Device { machine: "test", model, points: &mut self.points, rows: &mut self.rows, memory };
         serve(port, device, &mut self.wire)
     }
 }

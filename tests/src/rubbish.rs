@@ -2,11 +2,19 @@
 
 use lacuna::Pose;
 use lacuna::cloud::POINT_BYTES;
+use lacuna::depth::{Camera, Frame};
 use lacuna::wire::frame::{Header, MAX_FRAME, MAX_MESSAGE, encode};
-use lacuna::wire::message::{Begin, Hint, Iterations, MAX_BATCH, MAX_DATA, Request, VERSION, Vector};
+use lacuna::wire::message::{
+    Begin, BeginDepth, Hint, Iterations, MAX_BATCH, MAX_DATA, Request, VERSION, Vector,
+};
 use lacuna_host::device::Scan;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+
+/// Pixels in a row of a depth image.
+const WIDTH: u16 = 20;
+/// Bytes in it.
+const ROW: usize = 2 * WIDTH as usize;
 
 /// Makes such frames.
 pub struct Rubbish<'s> {
@@ -84,7 +92,7 @@ impl<'s> Rubbish<'s> {
             if self.rng.random_bool(0.5) { self.rng.random_range(0..100) } else { self.rng.next_u32() };
         let begin = self.begin(value);
         let batch = if self.rng.random_bool(0.3) { &bytes } else { &points };
-        let request = match self.rng.random_range(0..16) {
+        let request = match self.rng.random_range(0..18) {
             0 => Request::Hello { version: value as u16 },
             1 => Request::Info,
             2 | 3 => Request::Begin(begin),
@@ -99,9 +107,30 @@ impl<'s> Rubbish<'s> {
             10 => Request::Distances { first: value },
             11 => Request::Counters,
             12 => Request::Cancel,
-            _ => Request::DepthRows,
+            13 => Request::BeginDepth(self.begin_depth(begin)),
+            _ => {
+                let row = self.rng.random_range(0..8);
+                let column = if self.rng.random_bool(0.8) { 0 } else { value as u16 };
+                let most = if self.rng.random_bool(0.8) { ROW } else { bytes.len() };
+                Request::DepthRows { row, column, pixels: bytes.get(..most).unwrap_or(&bytes) }
+            }
         };
         framed(Header { session: self.session, sequence }, &request)
+    }
+
+    /// A depth image of a few rows, or one that is none.
+    fn begin_depth(&mut self, begin: Begin) -> BeginDepth {
+        let wild = f32::from_bits(self.rng.next_u32());
+        let camera = Camera { width: WIDTH, height: 4, fx: 30.0, fy: 30.0, cx: 10.0, cy: 2.0, unit: 0.01 };
+        let frame = Frame { camera, jump: 1e4, reach: 1, stride: 1, view: Pose::IDENTITY };
+        let frame = match self.rng.random_range(0..10) {
+            0 => Frame { camera: Camera { fx: wild, cy: wild, ..camera }, ..frame },
+            1 => Frame { camera: Camera { width: self.rng.next_u32() as u16, ..camera }, ..frame },
+            2 => Frame { jump: wild, view: Pose { scale: wild, ..frame.view }, ..frame },
+            3 => Frame { reach: self.rng.next_u32() as u8, stride: self.rng.random_range(0..4), ..frame },
+            _ => frame,
+        };
+        BeginDepth { begin, frame }
     }
 
     /// A scan that one batch may complete, or one that is none.

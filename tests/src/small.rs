@@ -5,9 +5,16 @@ use lacuna::completion::Settings;
 use lacuna::pose_fit::ROUNDS;
 use lacuna::wire::message::{Begin, Hint, Iterations, MAX_BATCH};
 use lacuna::{Fixed, Model, Reach};
+use lacuna_host::complete::Start;
+use lacuna_host::complete::depth_rows::DepthImage;
 use lacuna_host::device::Scan;
 use lacuna_host::fit::{Digests, fit};
-use lacuna_host::verify::Case;
+use lacuna_host::io::depth::DepthView;
+use lacuna_host::mesh::Point;
+use lacuna_host::points::OrientedPoints;
+use lacuna_host::register::Placed;
+use lacuna_host::synth::{self, Head, ScannerSettings, UNITS_PER_MM, View};
+use lacuna_host::verify::{Case, Class};
 use std::sync::OnceLock;
 
 /// A small model with a scan, and what the host computes from it.
@@ -34,6 +41,44 @@ pub fn small() -> &'static Small {
     })
 }
 
+/// The same head as a depth image, sent row by row.
+pub fn small_depth() -> &'static Small {
+    static SMALL: OnceLock<Small> = OnceLock::new();
+    SMALL.get_or_init(|| {
+        let class = Class::SMALL;
+        let head = Head::sample(class.seed, class.shapes).mesh();
+        let settings = ScannerSettings { size: (96, 72), ..ScannerSettings::default() };
+        let seen = synth::scan(&head, class.kind, &settings, class.seed);
+        let image = DepthImage::new(&view(&seen.views[0]), 1.0).expect("a camera");
+        let file = small().model.clone();
+        let model = Model::from_bytes(&file).expect("the small case");
+        let hint = Placed { centre: Point::origin(), pose: small().scan.begin.pose };
+        let (rough, depth) = image.placed(&seen.mesh, &hint).expect("an extent");
+        let packed = &depth.packed;
+        let settings =
+            Settings { reach: Reach::of(&model), rounds: &ROUNDS, schedule: default_schedule(&model) };
+        let digests = fit::<Fixed>(&model, packed, &rough.pose, settings).expect("the small case").digests;
+        let points = OrientedPoints::default();
+        let start = Start { points, rough, rounds: &ROUNDS, runner_up: 0.0, depth: Some(depth) };
+        Small { scan: Scan::new(&start, Iterations::Varying), digests, model: file }
+    })
+}
+
+/// The simulated scanner's image as one from a file.
+pub fn view(view: &View) -> DepthView {
+    DepthView {
+        depth: view.depth.clone(),
+        width: view.width as usize,
+        height: view.height as usize,
+        fx: view.fx,
+        fy: view.fy,
+        cx: view.cx,
+        cy: view.cy,
+        unit_mm: 1.0 / UNITS_PER_MM,
+        camera_to_scan: view.camera_to_scan,
+    }
+}
+
 /// A case's scan as a device takes it, from its pose as a rough one.
 pub fn scan_of(case: &Case, number: u32) -> Scan {
     let packed = case.points.packed();
@@ -45,5 +90,5 @@ pub fn scan_of(case: &Case, number: u32) -> Scan {
         hint: Hint::Rough,
         iterations: Iterations::Varying,
     };
-    Scan { begin, points: packed.points, batch: MAX_BATCH }
+    Scan { begin, points: packed.points, depth: None, batch: MAX_BATCH }
 }

@@ -30,6 +30,42 @@ fn a_device_completes_the_example_scan_to_the_byte() {
     }
 }
 
+/// A scan of the built-in class, small.
+fn synthetic(folder: &std::path::Path, view: &str) {
+    succeeds(folder, &["synth", "scan", "scan", "--small", "--view", view]);
+}
+
+#[test]
+fn a_device_makes_the_points_of_a_depth_image_itself() {
+    let folder = tempdir().unwrap();
+    synthetic(folder.path(), "front");
+    let address = tcp_device::start(lacuna_fixtures::MODEL);
+    let options = ["scan/scan.json", "--depth-rows", "--no-picture", "--json", "-o"];
+    let host = json(folder.path(), &[&["complete"], &options[..], &["host.ply"]].concat());
+    let device = ["device", "complete", "--tcp", &address];
+    let device = json(folder.path(), &[&device, &options[..], &["device.ply"]].concat());
+    assert_eq!(host["digests"], device["digests"]);
+    let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    assert!(read("host.ply") == read("device.ply"));
+    // The same scan by way of its mesh: other points, the same face.
+    let options = ["scan/scan.json", "--no-picture", "--json", "-o", "mesh.ply"];
+    let mesh = json(folder.path(), &[&["complete"], &options[..]].concat());
+    assert_ne!(host["digests"], mesh["digests"]);
+    let scale = |report: &serde_json::Value| report["verdict"]["scale"].as_f64().unwrap();
+    assert!((scale(&host) / scale(&mesh) - 1.0).abs() < 0.02, "{host} {mesh}");
+    assert_eq!(host["verdict"]["grade"], mesh["verdict"]["grade"]);
+}
+
+#[test]
+fn depth_rows_need_one_depth_image() {
+    let folder = tempdir().unwrap();
+    let complaint = refuses(folder.path(), &["complete", "--depth-rows"]);
+    assert!(complaint.contains("--depth-rows goes with a depth PNG or a scan.json"), "{complaint}");
+    synthetic(folder.path(), "stitched");
+    let complaint = refuses(folder.path(), &["complete", "scan", "--depth-rows"]);
+    assert!(complaint.contains("has 3 views, --depth-rows takes one: name its PNG file"), "{complaint}");
+}
+
 #[test]
 fn a_device_verifies_the_example_and_synthetic_scans() {
     let folder = tempdir().unwrap();

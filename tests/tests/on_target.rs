@@ -3,9 +3,12 @@
 //! What is missing on this computer is said in one loud line; with `LACUNA_REQUIRE_TARGETS=1` it is a failure.
 //! `LACUNA_WRITE_COUNTS=1` writes the measured table into targets/README.md.
 
+use lacuna::Model;
 use lacuna_fixtures::GOLDEN;
-use lacuna_host::verify::Case;
+use lacuna_host::device::{self, Client, Machine, Qemu, Timing};
+use lacuna_host::verify::{Case, Class};
 use lacuna_tests::firmware::{MACHINES, Run, build, folder, missing, run};
+use lacuna_tests::small::{small, small_depth};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -149,6 +152,19 @@ fn assert_no_panic_path(machine: &str, elf: &Path) {
     assert!(bad.is_empty(), "{machine} has {bad:?}");
 }
 
+/// The small case over the emulated serial line: as points, and as a depth image that the machine makes points of.
+fn assert_serves(machine: &str, elf: &Path) {
+    let board = if machine == "m7" { Machine::M7 } else { Machine::Riscv };
+    let mut client = Client::new(Qemu::start(board, Some(elf)).expect("QEMU"), Timing::default());
+    client.hello().expect("a device");
+    for small in [small(), small_depth()] {
+        let model = Model::from_bytes(&small.model).unwrap();
+        let results = device::run(&mut client, &model, &small.scan, &mut |_| ()).unwrap();
+        let digests = results.into_fit(&model, &small.scan.begin).unwrap().digests;
+        assert_eq!(digests, small.digests, "{machine}");
+    }
+}
+
 /// The other fixtures have models of their own: two kinds of processor are built for each.
 #[test]
 fn fixtures_with_other_models_compute_the_golden_bits() {
@@ -167,6 +183,9 @@ fn fixtures_with_other_models_compute_the_golden_bits() {
         for (machine, triple) in &machines {
             let elf = build(machine, triple, Some((&model, &cloud)));
             assert_golden(machine, class.name, &run(machine, &elf));
+            if class.name == Class::SMALL.name {
+                assert_serves(machine, &elf);
+            }
         }
     }
 }

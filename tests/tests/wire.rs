@@ -1,18 +1,21 @@
 //! Both ends of the wire protocol over a bad line: the right bits arrive, the device never falls over, every
 //! refusal says why.
 
+use lacuna::depth::{Camera, Frame, Rows};
 use lacuna::error::OptionName;
 use lacuna::wire::Refusal;
 use lacuna::wire::distances::{Packer, unpack};
 use lacuna::wire::frame::{Event, Receiver};
-use lacuna::wire::message::{Begin, Hint, MAX_BATCH, MAX_DATA, Request, State, VERSION, Vector};
+use lacuna::wire::message::{
+    Begin, BeginDepth, Hint, MAX_BATCH, MAX_DATA, MAX_PIXELS, Request, State, VERSION, Vector,
+};
 use lacuna::{Error, Model, Pose};
 use lacuna_host::device::{self, Client, Link, Scan, Timing, refusal, run};
 use lacuna_host::fit::Digests;
 use lacuna_tests::line::{Faults, HostEnd};
 use lacuna_tests::model;
 use lacuna_tests::rubbish::Rubbish;
-use lacuna_tests::small::small;
+use lacuna_tests::small::{Small, small, small_depth};
 use proptest::prelude::*;
 use proptest::test_runner::Config;
 use rand::{RngExt, SeedableRng};
@@ -24,7 +27,15 @@ const TIMING: Timing = Timing { reply: Duration::from_secs(60), pause: Duration:
 
 /// Runs a scan under a number of its own and gives back its digests.
 fn completed(client: &mut Client<&HostEnd>, number: u32, batch: usize) -> Result<Digests, device::Error> {
-    let small = small();
+    completed_of(small(), client, number, batch)
+}
+
+fn completed_of(
+    small: &Small,
+    client: &mut Client<&HostEnd>,
+    number: u32,
+    batch: usize,
+) -> Result<Digests, device::Error> {
     let model = Model::from_bytes(&small.model).unwrap();
     let begin = Begin { scan: number, ..small.scan.begin };
     let scan = Scan { begin, batch, ..small.scan.clone() };
@@ -52,6 +63,19 @@ fn ten_thousand_frames_over_a_bad_line_with_three_resets_end_with_the_right_bits
     assert_eq!(line.resets_left(), 0);
     assert_eq!(client.statistics.sessions, 4);
     assert!(client.statistics.repeated > 200);
+}
+
+#[test]
+fn a_depth_image_becomes_the_same_points_on_both_ends() {
+    let line = HostEnd::start(small().model.clone(), 10_000, Faults::default(), 1);
+    let mut client = Client::new(&line, TIMING);
+    client.hello().unwrap();
+    let scan = &small_depth().scan;
+    println!("{} points of {:?}", scan.points.len(), scan.depth.as_ref().map(|depth| depth.frame));
+    assert!(scan.points.len() > 300);
+    assert_eq!(completed_of(small_depth(), &mut client, 1, MAX_PIXELS).unwrap(), small_depth().digests);
+    assert_eq!(completed(&mut client, 2, MAX_BATCH).unwrap(), small().digests, "points after pixels");
+    assert_eq!(completed_of(small_depth(), &mut client, 3, 7).unwrap(), small_depth().digests);
 }
 
 #[test]
@@ -93,6 +117,24 @@ proptest! {
         client.hello().unwrap();
         prop_assert_eq!(completed(&mut client, 1, batch).unwrap(), small().digests);
     }
+
+    /// The same for a depth image.
+    #[test]
+    fn a_depth_image_over_any_bad_line_ends_with_the_right_bits(
+        seed: u64,
+        damage in 0.0..0.1,
+        loss in 0.0..0.1,
+        repetition in 0.0..0.1,
+        mut resets in prop::collection::vec(1u64..300, 0..3),
+        batch in 20usize..=MAX_PIXELS,
+    ) {
+        resets.sort_unstable();
+        let line = HostEnd::start(small().model.clone(), 10_000, Faults { damage, loss, repetition, resets }, seed);
+        let mut client = Client::new(&line, TIMING);
+        client.hello().unwrap();
+        let found = completed_of(small_depth(), &mut client, 1, batch);
+        prop_assert_eq!(found.unwrap(), small_depth().digests);
+    }
 }
 
 proptest! {
@@ -115,6 +157,35 @@ proptest! {
         prop_assert_eq!(unpack(&model, first, packer.finish(), &mut back), Some(sent));
         prop_assert_eq!(&back[first..first + sent], &distances[first..first + sent]);
         prop_assert!(sent >= MAX_DATA / 3 || first + sent == means.len());
+    }
+
+    /// No panic, no point that integers do not hold, and never more of them than there are places for.
+    #[test]
+    fn any_depth_image_is_survived(
+        numbers: [f32; 6],
+        sizes in (1u16..40, 1u16..12, 1u8..4, 1u16..4),
+        wild: bool,
+        room in 0usize..500,
+        pixels in prop::collection::vec(any::<u16>(), 0..480),
+    ) {
+        let (width, height, reach, stride) = sizes;
+        let [fx, fy, cx, cy, unit, jump] = if wild { numbers } else { [30.0, 30.0, 20.0, 6.0, 0.01, 1000.0] };
+        let camera = Camera { width, height, fx, fy, cx, cy, unit };
+        let frame = Frame { camera, jump, reach, stride, view: Pose::IDENTITY };
+        let mut memory = vec![0; frame.required()];
+        let Ok(mut rows) = Rows::new(frame, 0.01, &mut memory) else { return Ok(()) };
+        let mut points = vec![[0; 6]; room];
+        let mut count = 0;
+        for (v, row) in (0..height).zip(pixels.chunks(width.into())) {
+            let next = camera.number(0, v);
+            let Some(made) = rows.take(next, (0, v), row.iter().copied(), &mut points[count..]) else { break };
+            count += made;
+        }
+        let cloud = lacuna::Cloud::new(&points[..count], 0.01).unwrap();
+        for (_, normal) in (0..count).filter_map(|i| cloud.point(i)) {
+            let length: f32 = normal.iter().map(|c| c * c).sum();
+            prop_assert!((length - 1.0).abs() < 1e-3, "{normal:?}");
+        }
     }
 
     #[test]
@@ -203,7 +274,7 @@ fn each_wrong_request_is_refused_by_name() {
         (Request::Fit, Refusal::NoScan),
         (points(0, &[0; 12]), Refusal::NoScan),
         (Request::Outcome, Refusal::NoResult),
-        (Request::DepthRows, Refusal::Unsupported),
+        (Request::DepthRows { row: 0, column: 0, pixels: &[0; 2] }, Refusal::NoScan),
         (Request::Begin(Begin { points: 51, ..begin }), Refusal::TooManyPoints { limit: 50 }),
         (Request::Begin(Begin { step: 0.0, ..begin }), Refusal::Core(Error::Option(OptionName::Step))),
         (
@@ -220,10 +291,110 @@ fn each_wrong_request_is_refused_by_name() {
         (points(0, &[0; 13]), Refusal::BadRequest),
         (points(0, &[0; 12 * 21]), Refusal::TooManyPoints { limit: 20 }),
         (Request::Fit, Refusal::PointsMissing { received: 0, announced: 20 }),
+        (Request::DepthRows { row: 0, column: 0, pixels: &[0; 2] }, Refusal::WrongKind),
     ];
     for (request, refusal) in with_scan {
         assert_refused(client, &request, refusal);
     }
+}
+
+/// The small head's depth image, and a device with room for `points`.
+fn depth_begin(points: u32) -> (BeginDepth, HostEnd) {
+    let scan = &small_depth().scan;
+    let frame = scan.depth.as_ref().unwrap().frame;
+    let line = HostEnd::start(small().model.clone(), points as usize, Faults::default(), 1);
+    (BeginDepth { begin: Begin { points, ..scan.begin }, frame }, line)
+}
+
+#[test]
+fn a_depth_image_with_impossible_numbers_is_refused_by_name() {
+    let (begin, line) = depth_begin(5000);
+    let client = &mut Client::new(&line, TIMING);
+    client.hello().unwrap();
+    let frame = begin.frame;
+    let option = |name| Refusal::Core(Error::Option(name));
+    let camera = |camera: Camera| Frame { camera, ..frame };
+    let c = frame.camera;
+    let flat = Pose { scale: f32::NAN, ..frame.view };
+    let frames = [
+        (camera(Camera { width: 0, ..c }), option(OptionName::ImageSize)),
+        (camera(Camera { fx: 0.0, ..c }), option(OptionName::FocalLength)),
+        (camera(Camera { fy: f32::NAN, ..c }), option(OptionName::FocalLength)),
+        (camera(Camera { cx: f32::NAN, ..c }), option(OptionName::PrincipalPoint)),
+        (camera(Camera { unit: 0.0, ..c }), option(OptionName::DepthUnit)),
+        (camera(Camera { width: 2000, ..c }), Refusal::ImageTooWide { limit: 2560, needed: 4000 }),
+        (Frame { jump: f32::INFINITY, ..frame }, option(OptionName::DepthJump)),
+        (Frame { stride: 0, ..frame }, option(OptionName::PixelStride)),
+        (Frame { reach: 0, ..frame }, option(OptionName::PixelStride)),
+        (Frame { view: flat, ..frame }, Refusal::Core(Error::Pose)),
+    ];
+    for (frame, refusal) in frames {
+        assert_refused(client, &Request::BeginDepth(BeginDepth { frame, ..begin }), refusal);
+    }
+    let step = Begin { step: f32::NAN, ..begin.begin };
+    let step = Request::BeginDepth(BeginDepth { begin: step, ..begin });
+    assert_refused(client, &step, option(OptionName::Step));
+    assert_eq!(client.status(&Request::Status).unwrap().state, State::Idle);
+}
+
+#[test]
+fn pixels_that_do_not_follow_are_refused_and_change_nothing() {
+    let (begin, line) = depth_begin(5000);
+    let client = &mut Client::new(&line, TIMING);
+    client.hello().unwrap();
+    let Camera { width, height, .. } = begin.frame.camera;
+    let announced = client.status(&Request::BeginDepth(begin)).unwrap().announced;
+    assert_eq!(announced, u32::from(width) * u32::from(height));
+    let rows = |row, column, pixels| Request::DepthRows { row, column, pixels };
+    let pixels = [0; 2 * 97];
+    let half = client.status(&rows(0, 0, &pixels[..96])).unwrap();
+    assert_eq!((half.received, half.state), (48, State::Receiving));
+    let wrong = [
+        (rows(0, 0, &pixels[..2]), Refusal::WrongRow { row: 0, column: 48 }),
+        (rows(0, 47, &pixels[..98]), Refusal::WrongRow { row: 0, column: 48 }),
+        (rows(0, width, &[]), Refusal::WrongRow { row: 0, column: 48 }),
+        (rows(height, 0, &pixels[..2]), Refusal::WrongRow { row: 0, column: 48 }),
+        (rows(0, 48, &pixels[..98]), Refusal::RowTooLong { width }),
+        (rows(0, 48, &pixels[..3]), Refusal::BadRequest),
+        (Request::Points { first: 0, batch: &[] }, Refusal::WrongKind),
+        (Request::Fit, Refusal::RowsMissing { received: 0, announced: height }),
+    ];
+    for (request, refusal) in wrong {
+        assert_refused(client, &request, refusal);
+    }
+    assert_eq!(client.status(&rows(0, 48, &pixels[..96])).unwrap().received, 96);
+    assert_eq!(client.status(&rows(7, 0, &pixels[..2])).unwrap().received, 7 * 96 + 1, "six rows left out");
+    let missing = Refusal::RowsMissing { received: 7, announced: height };
+    assert_refused(client, &Request::Fit, missing);
+    client.status(&rows(height - 1, width - 1, &pixels[..2])).unwrap();
+    assert_refused(client, &rows(height, 0, &[]), Refusal::WrongRow { row: height, column: 0 });
+    let nothing = Refusal::Core(Error::TooFewPoints { given: 0 });
+    assert_refused(client, &Request::Fit, nothing);
+}
+
+#[test]
+fn a_device_with_less_room_than_the_scan_refuses_it_with_its_limit() {
+    let (mut begin, line) = depth_begin(50);
+    let small = small_depth();
+    let model = Model::from_bytes(&small.model).unwrap();
+    let client = &mut Client::new(&line, TIMING);
+    client.hello().unwrap();
+    for scan in [&small.scan, &lacuna_tests::small::small().scan] {
+        let refused = run(client, &model, scan, &mut |_| ()).unwrap_err();
+        assert!(
+            matches!(refused, device::Error::Refused(Refusal::TooManyPoints { limit: 50 })),
+            "{refused:?}"
+        );
+        assert!(refused.to_string().contains("at most 50 points"), "{refused}");
+    }
+    // An image that gives more points than announced is refused at the row that does, which changes nothing.
+    begin.begin.points = 20;
+    let scan = Scan { begin: begin.begin, ..small.scan.clone() };
+    let refused = run(client, &model, &scan, &mut |_| ()).unwrap_err();
+    assert!(matches!(refused, device::Error::Refused(Refusal::TooManyPoints { limit: 20 })), "{refused:?}");
+    let status = client.status(&Request::Status).unwrap();
+    assert_eq!(status.state, State::Receiving);
+    assert!(status.received > 0 && status.received < status.announced, "{status:?}");
 }
 
 #[test]
@@ -276,7 +447,7 @@ fn every_refusal_has_a_sentence_of_its_own() {
     };
     let sentences: BTreeSet<(String, String)> = refusals().iter().map(|r| (name(r), refusal(r))).collect();
     let kinds: BTreeSet<&String> = sentences.iter().map(|(kind, _)| kind).collect();
-    assert!(kinds.len() >= 27, "{kinds:?}");
+    assert!(kinds.len() >= 32, "{kinds:?}");
     let different: BTreeSet<&String> = sentences.iter().map(|(_, sentence)| sentence).collect();
     for (kind, sentence) in &sentences {
         assert!(sentence.len() > 20, "{kind}: {sentence}");

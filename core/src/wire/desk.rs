@@ -1,31 +1,32 @@
 //! What the device knows of the scan: its announcement, how many points have arrived, how far the fit is.
 
+use super::intake::{Intake, Room};
 use super::message::{Begin, Counters, Info, Reply, Request, State, Status, VERSION};
 use super::refusal::Refusal;
 use crate::arithmetic::Fixed;
-use crate::cloud::{Cloud, POINT_BYTES, Packed, from_bytes};
 use crate::completion::{Completion, Stage};
-use crate::error::Error;
 
 /// A scan's state on the device.
 #[derive(Debug)]
 pub(super) struct Desk<'d> {
     info: Info<'d>,
-    begin: Option<Begin>,
-    received: u32,
+    /// Pixels of a depth image that the device keeps.
+    kept: u32,
+    scan: Option<Intake>,
     state: State,
     counters: Counters,
 }
 
 impl<'d> Desk<'d> {
-    /// No scan.
-    pub fn new(info: Info<'d>) -> Self {
-        Self { info, begin: None, received: 0, state: State::Idle, counters: Counters::default() }
+    /// No scan; the device keeps `kept` pixels of a depth image.
+    pub fn new(info: Info<'d>, kept: usize) -> Self {
+        let kept = u32::try_from(kept).unwrap_or(u32::MAX);
+        Self { info, kept, scan: None, state: State::Idle, counters: Counters::default() }
     }
 
-    /// Points received.
-    pub const fn received(&self) -> usize {
-        self.received as usize
+    /// Points that are there.
+    pub fn points(&self) -> usize {
+        self.scan.map_or(0, |scan| scan.points())
     }
 
     /// Answers what needs neither points nor results.
@@ -33,15 +34,19 @@ impl<'d> Desk<'d> {
         match request {
             Request::Hello { .. } => Reply::Hello { version: VERSION },
             Request::Info => Reply::Info(self.info),
-            Request::Begin(begin) => self.begin(begin),
+            Request::Begin(begin) => self.begin(Intake::of_points(begin, self.info.max_points)),
+            Request::BeginDepth(begin) => {
+                self.begin(Intake::of_pixels(begin, self.info.max_points, self.kept))
+            }
             Request::Status => self.status(),
             Request::Counters => Reply::Counters(self.counters),
             Request::Cancel => {
-                (self.begin, self.received, self.state) = (None, 0, State::Idle);
+                (self.scan, self.state) = (None, State::Idle);
                 self.status()
             }
-            Request::DepthRows => Reply::Refused(Refusal::Unsupported),
-            Request::Points { .. } | Request::Fit => Reply::Refused(Refusal::NoScan),
+            Request::Points { .. } | Request::DepthRows { .. } | Request::Fit => {
+                Reply::Refused(Refusal::NoScan)
+            }
             Request::Outcome | Request::Weights { .. } | Request::Distances { .. } => {
                 Reply::Refused(Refusal::NoResult)
             }
@@ -50,54 +55,30 @@ impl<'d> Desk<'d> {
 
     /// How far the scan has come.
     pub fn status(&self) -> Reply<'d> {
-        let (scan, announced) = self.begin.map_or((0, 0), |begin| (begin.scan, begin.points));
-        Reply::Status(Status { state: self.state, scan, received: self.received, announced })
+        let (scan, announced) = self.scan.map_or((0, 0), |scan| scan.announced());
+        let received = self.scan.map_or(0, |scan| scan.received());
+        Reply::Status(Status { state: self.state, scan, received, announced })
     }
 
-    fn begin(&mut self, begin: &Begin) -> Reply<'d> {
-        let limit = self.info.max_points;
-        if begin.points > limit {
-            return Reply::Refused(Refusal::TooManyPoints { limit });
+    fn begin(&mut self, scan: Result<Intake, Refusal>) -> Reply<'d> {
+        match scan {
+            Ok(scan) => {
+                (self.scan, self.state) = (Some(scan), State::Receiving);
+                self.status()
+            }
+            Err(refusal) => Reply::Refused(refusal),
         }
-        if let Err(error) = Cloud::new(&[], begin.step) {
-            return Reply::Refused(Refusal::Core(error));
-        }
-        if !begin.pose.is_valid() {
-            return Reply::Refused(Refusal::Core(Error::Pose));
-        }
-        (self.begin, self.received, self.state) = (Some(*begin), 0, State::Receiving);
-        self.status()
     }
 
-    /// Takes a batch of points.
-    pub fn take(&mut self, first: u32, batch: &[u8], memory: &mut [Packed]) -> Reply<'d> {
-        let Some(begin) = self.begin else { return Reply::Refused(Refusal::NoScan) };
-        let points = from_bytes(batch);
-        let end = u32::try_from(points.len()).ok().and_then(|n| first.checked_add(n));
-        if !batch.len().is_multiple_of(POINT_BYTES) {
-            return Reply::Refused(Refusal::BadRequest);
-        }
-        if first != self.received {
-            return Reply::Refused(Refusal::WrongPlace { received: self.received });
-        }
-        let Some(end) = end.filter(|&end| end <= begin.points) else {
-            return Reply::Refused(Refusal::TooManyPoints { limit: begin.points });
-        };
-        let places = memory.get_mut(first as usize..).unwrap_or(&mut []);
-        for (place, point) in places.iter_mut().zip(points) {
-            *place = point;
-        }
-        self.received = end;
-        self.status()
+    /// Takes a batch of points or pixels.
+    pub fn take(&mut self, request: &Request<'_>, room: &mut Room<'_>) -> Reply<'d> {
+        let taken = self.scan.as_mut().ok_or(Refusal::NoScan).and_then(|scan| scan.take(request, room));
+        taken.map_or_else(Reply::Refused, |()| self.status())
     }
 
     /// The scan to fit, when all of it is there.
     pub fn ready(&self) -> Result<Begin, Refusal> {
-        let begin = self.begin.ok_or(Refusal::NoScan)?;
-        if self.received == begin.points {
-            return Ok(begin);
-        }
-        Err(Refusal::PointsMissing { received: self.received, announced: begin.points })
+        self.scan.as_ref().ok_or(Refusal::NoScan)?.ready()
     }
 
     /// The fit begins.

@@ -5,6 +5,7 @@
 
 use super::desk::Desk;
 use super::frame::MAX_MESSAGE;
+use super::intake::Room;
 use super::line::{Line, LineBuffers, Patience};
 use super::message::{Begin, Identity, Info, MAX_DATA, Reply, Request};
 use super::refusal::Refusal;
@@ -29,6 +30,9 @@ pub struct Device<'a> {
     pub model: &'a [u8],
     /// Room for a scan: as many points as the device accepts.
     pub points: &'a mut [Packed],
+    /// Room for the last rows of a depth image, [`Frame::required`](crate::depth::Frame::required) pixels; a device
+    /// without any takes points only.
+    pub rows: &'a mut [u16],
     /// Memory of the completion; see [`Sizes::required`](crate::Sizes::required).
     pub memory: Memory<'a, Fixed>,
 }
@@ -44,9 +48,10 @@ pub struct Buffers {
 }
 
 impl Device<'_> {
-    /// Bytes lent to points, completion and protocol.
+    /// Bytes lent to points, rows, completion and protocol.
     fn bytes(&self) -> usize {
-        size_of_val(&*self.points).saturating_add(self.memory.bytes()).saturating_add(size_of::<Buffers>())
+        let scan = size_of_val(&*self.points).saturating_add(size_of_val(&*self.rows));
+        scan.saturating_add(self.memory.bytes()).saturating_add(size_of::<Buffers>())
     }
 }
 
@@ -72,7 +77,7 @@ pub fn serve<P: Port>(port: &mut P, mut device: Device<'_>, buffers: &mut Buffer
     let model = Model::from_bytes(device.model);
     let info = info(&device, &model);
     let ended = match &model {
-        Ok(model) => work(&mut line, Desk::new(info), model, &mut device, (data, brick)),
+        Ok(model) => work(&mut line, Desk::new(info, device.rows.len()), model, &mut device, (data, brick)),
         Err(error) => decline(&mut line, &info, *error),
     };
     match ended {
@@ -105,8 +110,9 @@ fn work<P: Port>(
     (data, brick): (&mut [u8; MAX_DATA], &mut [i16; MAX_BRICK_VOXELS]),
 ) -> Result<Never, Ended<P::Error>> {
     loop {
-        let begin = receive(line, &mut desk, device.points)?;
-        let points = device.points.get(..desk.received()).unwrap_or(&[]);
+        let room = Room { points: &mut *device.points, rows: &mut *device.rows };
+        let begin = receive(line, &mut desk, room)?;
+        let points = device.points.get(..desk.points()).unwrap_or(&[]);
         match job(model, points, &begin, device.memory.reborrow()) {
             Ok(job) => fit(line, &mut desk, Results::new(model, job, data, brick))?,
             Err(error) => line.answer(&Reply::Refused(Refusal::Core(error)))?,
@@ -114,16 +120,18 @@ fn work<P: Port>(
     }
 }
 
-/// Takes points until a fit is asked for, whose answer is then owed.
+/// Takes points or pixels until a fit is asked for, whose answer is then owed.
 fn receive<P: Port>(
     line: &mut Line<'_, P>,
     desk: &mut Desk<'_>,
-    points: &mut [Packed],
+    mut room: Room<'_>,
 ) -> Result<Begin, Ended<P::Error>> {
     loop {
         let reply = match line.receive(Patience::Wait)? {
             None => continue,
-            Some(Request::Points { first, batch }) => desk.take(first, batch, points),
+            Some(request @ (Request::Points { .. } | Request::DepthRows { .. })) => {
+                desk.take(&request, &mut room)
+            }
             Some(Request::Fit) => match desk.ready() {
                 Ok(begin) => return Ok(begin),
                 Err(refusal) => Reply::Refused(refusal),
@@ -157,7 +165,7 @@ fn fit<P: Port>(
         let patience = if desk.is_fitting() { Patience::Glance } else { Patience::Wait };
         let Some(request) = line.receive(patience)? else { continue };
         let reply = match request {
-            Request::Points { .. } => Reply::Refused(Refusal::Busy),
+            Request::Points { .. } | Request::DepthRows { .. } => Reply::Refused(Refusal::Busy),
             Request::Fit => desk.status(),
             Request::Outcome if desk.is_done() => results.outcome(),
             Request::Weights { of, first } if desk.is_done() => results.weights(of, first),

@@ -5,6 +5,7 @@
 use super::refusal::Refusal;
 use crate::cloud::POINT_BYTES;
 use crate::completion::{Outcome, Settings, Stage};
+use crate::depth::Frame;
 use crate::error::Error;
 use crate::format::Unit;
 use crate::hull::Reach;
@@ -20,6 +21,10 @@ pub const VERSION: u16 = 1;
 pub const MAX_DATA: usize = 960;
 /// Most points in a message.
 pub const MAX_BATCH: usize = MAX_DATA / POINT_BYTES;
+/// Bytes of a pixel of a depth image.
+pub const PIXEL_BYTES: usize = 2;
+/// Most pixels in a message.
+pub const MAX_PIXELS: usize = MAX_DATA / PIXEL_BYTES;
 
 /// What the host asks.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -62,8 +67,17 @@ pub enum Request<'a> {
     Counters,
     /// Stops the fit and forgets the scan.
     Cancel,
-    /// Reserved for rows of a depth image in place of points.
-    DepthRows,
+    /// The next pixels of a depth image, all of one row. Those left out since the last message were not measured.
+    DepthRows {
+        /// The row; 0 is the first.
+        row: u16,
+        /// Column of the first pixel.
+        column: u16,
+        /// Two bytes for each, little endian; 0 is "not measured".
+        pixels: &'a [u8],
+    },
+    /// Announces a scan that comes as a depth image, and forgets the scan before.
+    BeginDepth(BeginDepth),
 }
 
 /// What the device answers.
@@ -76,7 +90,8 @@ pub enum Reply<'a> {
     },
     /// To [`Request::Info`].
     Info(#[serde(borrow)] Info<'a>),
-    /// To [`Request::Begin`], [`Request::Points`], [`Request::Fit`], [`Request::Status`], [`Request::Cancel`].
+    /// To [`Request::Begin`], [`Request::Points`], [`Request::Fit`], [`Request::Status`], [`Request::Cancel`],
+    /// [`Request::DepthRows`], [`Request::BeginDepth`].
     Status(Status),
     /// To [`Request::Outcome`].
     Outcome(Outcome),
@@ -124,6 +139,15 @@ impl Begin {
         };
         Settings { reach: Reach::of(model), rounds, schedule }
     }
+}
+
+/// A scan to come as a depth image.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BeginDepth {
+    /// As for points, of which there may be fewer than announced.
+    pub begin: Begin,
+    /// How pixels become points.
+    pub frame: Frame,
 }
 
 /// How well a pose is known.
@@ -200,9 +224,9 @@ pub struct Status {
     pub state: State,
     /// The scan's number, 0 without a scan.
     pub scan: u32,
-    /// Points received.
+    /// Points received, or pixels: whole rows of the announced width and a part of the next one.
     pub received: u32,
-    /// Points announced.
+    /// Points announced, or pixels of the depth image.
     pub announced: u32,
 }
 
@@ -212,7 +236,7 @@ pub struct Status {
 pub enum State {
     /// Nothing: there is no scan.
     Idle,
-    /// Waits for points, or with all of them for the fit.
+    /// Waits for points or pixels, or with all of them for the fit.
     Receiving,
     /// Fits.
     Fitting {

@@ -51,13 +51,14 @@
 //! | 2 | `Begin` scan number, points, step, pose, hint, iterations | `Status` (2) |
 //! | 3 | `Points` number of the first, 12 bytes a point ([`Packed`](crate::cloud::Packed), little endian) | `Status` |
 //! | 4 | `Fit` | `Status` |
-//! | 5 | `Status` | `Status`: state, scan number, points received and announced |
+//! | 5 | `Status` | `Status`: state, scan number, points or pixels received and announced |
 //! | 6 | `Outcome` | `Outcome` (3): pose, agreement, inliers, clutter, hull voxels, digests |
 //! | 7 | `Weights` which, number of the first | `Data` (4), as many as fit, empty at the end |
 //! | 8 | `Distances` number of the first voxel | `Data`, as many as fit, [packed](distances), empty at the end |
 //! | 9 | `Counters` | `Counters` (5): work and steps of each stage |
 //! | 10 | `Cancel` | `Status` |
-//! | 11 | reserved: rows of a depth image in place of points | `Refused` `Unsupported` |
+//! | 11 | `DepthRows` row, column of the first pixel, 2 bytes a pixel (depth, little endian, 0 is not measured) | `Status` |
+//! | 12 | `BeginDepth` as `Begin`, then the [`Frame`](crate::depth::Frame): camera, jump, reach, stride, view | `Status` |
 //!
 //! Any request may be answered by `Refused` (6) with a [`Refusal`]; nothing has changed then.
 //! A refusal that follows from the request itself is a reply like any other and kept; those in the table of the
@@ -71,13 +72,47 @@
 //!    │      Points ─────┘──┘  └── Fit refused            └──────────────────▶ Failed ── Fit ──▶ Fitting
 //!    └── Cancel, from anywhere;  Begin, from anywhere but when refused ▶ Receiving
 //! ```
-//! Points are accepted in Receiving, in order, without gaps (`WrongPlace` tells the next). Fit in Fitting and in
-//! Done changes nothing. Results are there in Done. Status, Info, Counters, Cancel and Begin are answered in
-//! every state, between two bounded pieces of a fit.
+//! Points are accepted in Receiving, in order, without gaps (`WrongPlace` tells the next), pixels in order (`WrongRow`).
+//! `BeginDepth` does what `Begin` does. Fit in Fitting and in Done changes nothing. Results are there in Done. Status,
+//! Info, Counters, Cancel and Begin are answered in every state, between two bounded pieces of a fit.
+//!
+//! # Depth images
+//! A scan may come as the depth image that a scanner's camera makes, in place of points. `BeginDepth` announces it:
+//!
+//! | field | bytes | content |
+//! |---|---|---|
+//! | begin | | as `Begin`; its points are the most that the image may give |
+//! | width, height | varint u16 | pixels of the image, 1 at least |
+//! | fx, fy, cx, cy, unit | f32 | a pixel (u, v) with the value d sees Z = d unit, X = (u - cx) Z / fx, Y = (v - cy) Z / fy |
+//! | jump | f32 | neighbours whose Z differs by more are of different surfaces |
+//! | reach | u8 | distance r of the four neighbours that make a normal, pixels, 1 at least |
+//! | stride | varint u16 | every so many pixels of every so many rows become points, 1 at least |
+//! | view | 13 f32 | [`Pose`](crate::Pose) from the camera to the scan: rotation row by row, scale, translation |
+//!
+//! Then the pixels come in `DepthRows`, row by row from the top. A message holds pixels of one row, a row may take several
+//! messages. Pixels that are left out were not measured; the last one of the image has to come. Status counts pixels,
+//! those left out too: `received` = row · width + column of the next one, `announced` = width · height. The device makes
+//! points of the pixels as they come ([`depth`](crate::depth)), keeps 2 r rows at most, and forgets them. With the last
+//! pixel it brings the points into the order of a space-filling [curve](crate::curve).
+//! The host can make the same points with the same code, so the results are the same bits.
+//!
+//! | `BeginDepth`, `DepthRows` or `Fit` is refused | |
+//! |---|---|
+//! | `Unsupported` | the device has no memory for rows |
+//! | `ImageTooWide` | 2 r rows are more pixels than it keeps; with how many |
+//! | `Core` `Option` | width, height, reach or stride is 0, fx, fy or unit is not a positive number, cx, cy or jump is none |
+//! | `Core` `Pose` | the view is no similarity |
+//! | `NoScan` | pixels before `BeginDepth` |
+//! | `WrongKind` | pixels after `Begin`, or points after `BeginDepth` |
+//! | `WrongRow` | pixels before the next one, or beyond the image; with row and column of the next one |
+//! | `RowTooLong` | more pixels than are left of the row |
+//! | `TooManyPoints` | the pixels would make more points than were announced, or more are announced than the device holds |
+//! | `RowsMissing` | `Fit` before the last pixel |
+//! | `Busy` | pixels during or after the fit |
 //!
 //! # Interruption
 //! - *The host or the cable goes away.* The device keeps scan, fit and results. The host says hello in a new
-//!   session and asks for the status: if the scan number is its own, it goes on at the point the device asks
+//!   session and asks for the status: if the scan number is its own, it goes on at the point or pixel the device asks
 //!   for, waits for the fit, or fetches the results. The number should follow from the scan's contents.
 //! - *The device is reset.* It knows no session: the next request is refused, `WrongSession` 0. The host says
 //!   hello; the status is Idle with scan number 0; it begins again.
@@ -95,6 +130,7 @@ mod desk;
 pub mod device;
 pub mod distances;
 pub mod frame;
+mod intake;
 mod line;
 pub mod message;
 pub mod refusal;

@@ -29,9 +29,9 @@ pub enum Refusal {
         /// The sequence number that would be executed.
         expected: u32,
     },
-    /// The message is reserved and not made yet.
+    /// A depth image, for which this device has no memory.
     Unsupported,
-    /// Points or a fit before a scan was begun.
+    /// Points, pixels or a fit before a scan was begun.
     NoScan,
     /// These points do not continue those received.
     WrongPlace {
@@ -50,7 +50,7 @@ pub enum Refusal {
         /// Points announced.
         announced: u32,
     },
-    /// Points during or after the fit: begin a new scan.
+    /// Points or pixels during or after the fit: begin a new scan.
     Busy,
     /// A result was asked for before the fit ended well.
     NoResult,
@@ -61,4 +61,32 @@ pub enum Refusal {
     },
     /// The core refuses: the device's model, the scan, or too little memory.
     Core(Error),
+    /// Points for a scan that was announced as a depth image, or pixels for one that was not.
+    WrongKind,
+    /// These pixels are before the next one, or beyond the image.
+    WrongRow {
+        /// Row of the next pixel.
+        row: u16,
+        /// Its column.
+        column: u16,
+    },
+    /// More pixels than are left of the row.
+    RowTooLong {
+        /// Pixels in a row, as announced.
+        width: u16,
+    },
+    /// The device cannot keep as much of the rows as it needs for the normals.
+    ImageTooWide {
+        /// Pixels it keeps.
+        limit: u32,
+        /// Pixels it would have to keep: two rows for each pixel of the normals' reach.
+        needed: u32,
+    },
+    /// A fit before all rows have arrived.
+    RowsMissing {
+        /// Whole rows received.
+        received: u16,
+        /// Rows announced.
+        announced: u16,
+    },
 }

@@ -5,7 +5,7 @@ use super::{Common, Failure, bar, say};
 use crate::check::alternatives;
 use crate::complete::merge::MEASURED;
 use crate::complete::verdict::Grade;
-use crate::complete::{self, Completion, Hint, Options, Start, complete_by, fit_here, picture};
+use crate::complete::{self, Completion, Hint, Options, Start, complete_by, depth_rows, fit_here, picture};
 use crate::fit::{Digests, Fit};
 use crate::io::{self, PlyOut};
 use crate::mesh::Mesh;
@@ -50,6 +50,10 @@ pub struct Complete {
     /// Keep what is not part of the class (hair, collar, table) in the mesh: separate pieces with label 2
     #[arg(long)]
     keep_clutter: bool,
+    /// Take the points from the depth image itself, row by row, as a scanner sends them: one view, a depth PNG or a
+    /// scan.json with one
+    #[arg(long)]
+    depth_rows: bool,
     /// Keep the previous weights for a heavy-ball term instead of varying the step lengths
     #[arg(long)]
     momentum: bool,
@@ -124,8 +128,14 @@ impl Complete {
         let start = std::time::Instant::now();
         self.check_outputs()?;
         let options = self.options(&model)?;
-        let mut completion = complete_by(&model, &scan, &options, |start| fit(&model, start, &options))
-            .map_err(|error| self.subject.named(&error))?;
+        let image = if self.depth_rows { Some(self.subject.depth_image(&model)?) } else { None };
+        let begin = |scan: &Mesh| match &image {
+            Some(image) => depth_rows::start(&model, scan, image, &options),
+            None => complete::start(&model, scan, &options),
+        };
+        let mut completion =
+            complete_by(&model, &scan, &options, begin, |start| fit(&model, start, &options))
+                .map_err(|error| self.subject.named(&error))?;
         let seconds = start.elapsed().as_secs_f64();
         self.advise(&model, &mut completion);
         self.write(&completion, &model, factor)?;

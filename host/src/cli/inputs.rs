@@ -3,6 +3,7 @@
 use super::Failure;
 use crate::check;
 use crate::check::alternatives::Alternative;
+use crate::complete::depth_rows::DepthImage;
 use crate::io::{self, Loaded};
 use crate::mesh::{Mesh, Point};
 use crate::register::Placed;
@@ -61,6 +62,22 @@ impl Subject {
             mesh = Alternative::Flipped.of(&mesh);
         }
         check::scan(Loaded { mesh, repairs }, model).usable().map_err(|refused| self.named(&refused))
+    }
+
+    /// The scan as the one depth image that it is.
+    pub fn depth_image(&self, model: &Model<'_>) -> Result<DepthImage, Failure> {
+        let path = self.scan.as_deref().filter(|path| io::depth::is_depth(path));
+        let Some(path) = path.filter(|_| !self.flip) else {
+            return Err("--depth-rows goes with a depth PNG or a scan.json, and not with --flip".into());
+        };
+        let views = io::depth::read(path)?;
+        let [view] = views.as_slice() else {
+            let (path, number) = (path.display(), views.len());
+            return Err(
+                format!("{path} has {number} views, --depth-rows takes one: name its PNG file").into()
+            );
+        };
+        DepthImage::new(view, self.factor(model)).map_err(|what| format!("{}: {what}", path.display()).into())
     }
 
     /// What the scan is called in reports.

@@ -4,6 +4,7 @@
 
 pub mod clean;
 pub mod clutter;
+pub mod depth_rows;
 pub mod diffusion;
 pub mod fuse;
 pub mod merge;
@@ -13,8 +14,8 @@ pub mod verdict;
 
 use crate::fit::{Fit, fit};
 use crate::mesh::{Mesh, Point};
-use crate::points::OrientedPoints;
-use crate::register::{self, Placed, prepare};
+use crate::points::{OrientedPoints, PackedPoints, thin_to};
+use crate::register::{self, Placed, centred};
 use crate::sentence::sentence;
 use crate::surface::fair;
 use crate::train::distance::Surface;
@@ -23,10 +24,12 @@ use crate::uncertainty::cues::{Cue, cues};
 use crate::uncertainty::posterior::Posterior;
 use crate::uncertainty::spread::{Spread, spread};
 use clutter::{APART, Clutter};
+use depth_rows::DepthScan;
 use fuse::Dense;
+use lacuna::cloud::CAPACITY;
 use lacuna::completion::Settings;
 use lacuna::pose_fit::{ROUNDS, Round};
-use lacuna::{Arithmetic, Model, Pose, Reach, Schedule, Standing};
+use lacuna::{Arithmetic, Model, Reach, Schedule, Standing};
 use merge::{Limits, MEASURED, Merged};
 use verdict::{Grade, Verdict};
 
@@ -97,7 +100,7 @@ pub enum Error {
     NoSurface(&'static str),
 }
 
-/// Hull points are this far apart, voxels.
+/// Hull points are this far apart, voxels; further where the scan would have more than [`CAPACITY`] of them.
 const HULL_CELL: f64 = 0.5;
 /// Farthest motion of the fitted surface onto the scan, class millimetres.
 const MOTION: f64 = 4.0;
@@ -117,7 +120,8 @@ pub fn complete<A: Arithmetic>(
     scan: &Mesh,
     options: &Options<'_>,
 ) -> Result<Completion, Error> {
-    complete_by(model, scan, options, |start| fit_here::<A>(model, start, options.schedule))
+    let begin = |scan: &Mesh| start(model, scan, options);
+    complete_by(model, scan, options, begin, |start| fit_here::<A>(model, start, options.schedule))
 }
 
 /// Fits a scan on this machine.
@@ -130,21 +134,22 @@ pub fn fit_here<A: Arithmetic>(
     schedule: Schedule<'_>,
 ) -> Result<Fit, Error> {
     let settings = Settings { reach: Reach::of(model), rounds: start.rounds, schedule };
-    fit::<A>(model, &start.points.packed(), &start.rough.pose, settings).map_err(Error::Fit)
+    fit::<A>(model, &start.packed(), &start.rough.pose, settings).map_err(Error::Fit)
 }
 
-/// Completes a scan with a fit made by `fit`, here or on a device.
+/// Completes a scan from what `begin` makes of it without specks, with a fit made by `fit`, here or on a device.
 ///
 /// # Errors
-/// As for [`complete`], and those of `fit`.
+/// As for [`complete`], and those of `begin` and `fit`.
 pub fn complete_by(
     model: &Model<'_>,
     scan: &Mesh,
     options: &Options<'_>,
+    begin: impl FnOnce(&Mesh) -> Result<Start, Error> + Send,
     fit: impl FnOnce(&Start) -> Result<Fit, Error>,
 ) -> Result<Completion, Error> {
     let (scan, specks) = clean::clean(scan);
-    let (measured, start) = rayon::join(|| scan_surface(&scan, model), || start(model, &scan, options));
+    let (measured, start) = rayon::join(|| scan_surface(&scan, model), || begin(&scan));
     let (measured, start) = (measured?, start?);
     let fit = fit(&start)?;
     let placed = Placed { centre: start.rough.centre, pose: fit.outcome.pose };
@@ -227,6 +232,15 @@ pub struct Start {
     pub rounds: &'static [Round],
     /// Inlier share of the next best pose that was tried.
     pub runner_up: f64,
+    /// The depth image that the points come from, if they do.
+    pub depth: Option<DepthScan>,
+}
+
+impl Start {
+    /// The points as the core takes them.
+    pub fn packed(&self) -> PackedPoints {
+        self.depth.as_ref().map_or_else(|| self.points.packed(), |depth| depth.packed.clone())
+    }
 }
 
 /// Thins the scan in the pose that is given or found.
@@ -234,23 +248,32 @@ pub struct Start {
 /// # Errors
 /// A scan that does not fit the model.
 pub fn start(model: &Model<'_>, scan: &Mesh, options: &Options<'_>) -> Result<Start, Error> {
-    let (hint, rounds, runner_up): (Placed, &[Round], f64) = match options.hint {
+    let (hint, rounds, runner_up) = place(model, scan, options)?;
+    let (rough, points) = thinned(scan, &hint);
+    Ok(Start { points, rough, rounds, runner_up, depth: None })
+}
+
+/// The pose that is given or found, how it is refined, and the inlier share of the next best.
+fn place(
+    model: &Model<'_>,
+    scan: &Mesh,
+    options: &Options<'_>,
+) -> Result<(Placed, &'static [Round], f64), Error> {
+    Ok(match options.hint {
         Hint::None => {
             let found = register::register(model, scan, options.seed)?;
             (found.placed, &ROUNDS, found.runner_up)
         }
         Hint::Rough(hint) => (hint, &ROUNDS, 0.0),
         Hint::Exact(hint) => (hint, &[], 0.0),
-    };
-    let (rough, points) = thinned(scan, &hint);
-    Ok(Start { points, rough, rounds, runner_up })
+    })
 }
 
 /// The scan thinned for a pose and centred, and the pose for these points.
 pub fn thinned(scan: &Mesh, hint: &Placed) -> (Placed, OrientedPoints) {
-    let (centre, points) = prepare(scan, HULL_CELL / f64::from(hint.pose.scale));
-    let translation = hint.to_model(&centre).coords.map(|c| c as f32).into();
-    (Placed { centre, pose: Pose { translation, ..hint.pose } }, points)
+    let cell = HULL_CELL / f64::from(hint.pose.scale);
+    let (centre, points) = centred(&thin_to(scan, cell, CAPACITY));
+    (hint.about(centre), points)
 }
 
 /// The points that the core did not leave out.
@@ -258,7 +281,7 @@ fn without_clutter(model: &Model<'_>, start: &Start, fit: &Fit) -> OrientedPoint
     if start.rounds.is_empty() {
         return start.points.clone();
     }
-    let packed = start.points.packed();
+    let packed = start.packed();
     let cloud = packed.cloud();
     let pose = &fit.outcome.pose;
     let kept = |&i: &usize| {

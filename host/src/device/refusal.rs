@@ -19,13 +19,15 @@ pub fn refusal(refusal: &Refusal) -> String {
         Refusal::OutOfOrder { expected } => {
             format!("a request is missing before this one, it expects number {expected}: say hello again")
         }
-        Refusal::Unsupported => "its firmware cannot do this yet: send points".into(),
+        Refusal::Unsupported => {
+            "it has no memory for rows of a depth image: leave out --depth-rows to send points".into()
+        }
         Refusal::NoScan => "there is no scan: begin one first".into(),
         Refusal::WrongPlace { received } => {
             format!("it has {received} points and takes those that follow: go on from there")
         }
         Refusal::TooManyPoints { limit } => {
-            format!("it takes at most {limit} points: thin the scan, or build its firmware with more memory")
+            format!("it takes at most {limit} points of this scan: build its firmware with more memory")
         }
         Refusal::PointsMissing { received, announced } => {
             format!("it has {received} of {announced} points: send the others first")
@@ -33,6 +35,23 @@ pub fn refusal(refusal: &Refusal) -> String {
         Refusal::Busy => "it is fitting, or has fitted, the scan: begin a new one for more points".into(),
         Refusal::NoResult => "there are no results yet: wait for the fit".into(),
         Refusal::OutOfRange { limit } => format!("there are only {limit} values: ask for fewer"),
+        Refusal::WrongKind => {
+            "the scan was announced as something else than points or pixels that were sent: begin it again"
+                .into()
+        }
+        Refusal::WrongRow { row, column } => {
+            format!("it takes the depth image from row {row}, column {column} on: go on from there")
+        }
+        Refusal::RowTooLong { width } => {
+            format!("a row of the depth image was announced with {width} pixels: send no more than that")
+        }
+        Refusal::ImageTooWide { limit, needed } => format!(
+            "it keeps {limit} pixels of a depth image, this one needs {needed}: leave out --depth-rows to send \
+             points, or build its firmware with more memory"
+        ),
+        Refusal::RowsMissing { received, announced } => {
+            format!("it has {received} of {announced} rows of the depth image: send the others first")
+        }
         Refusal::Core(error) => format!("its core says that {}", core(error)),
     }
 }

@@ -5,11 +5,10 @@
 
 use super::{Client, Error, Link, Scan};
 use lacuna::Model;
-use lacuna::cloud::POINT_BYTES;
 use lacuna::completion::{Outcome, Stage};
 use lacuna::wire::Refusal;
 use lacuna::wire::distances::unpack;
-use lacuna::wire::message::{Counters, MAX_BATCH, Reply, Request, State, Status, Vector};
+use lacuna::wire::message::{Counters, Reply, Request, State, Status, Vector};
 
 /// Sessions lost in a row before giving up.
 const RESUMPTIONS: u32 = 16;
@@ -17,7 +16,7 @@ const RESUMPTIONS: u32 = 16;
 /// How far a scan has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
-    /// Points sent, of all.
+    /// Points or pixels sent, of all.
     Sending(u32, u32),
     /// Pieces of a stage done, of all.
     Fitting(Stage, u32, u32),
@@ -69,10 +68,10 @@ fn attempt<L: Link>(
     let mut status = client.status(&Request::Status)?;
     loop {
         status = match status.state {
-            _ if (status.scan, status.announced) != (scan.begin.scan, scan.begin.points) => {
-                client.status(&Request::Begin(scan.begin))?
+            _ if (status.scan, status.announced) != scan.announced() => {
+                client.status(&scan.announcement())?
             }
-            State::Idle => client.status(&Request::Begin(scan.begin))?,
+            State::Idle => client.status(&scan.announcement())?,
             State::Receiving if status.received < status.announced => {
                 watch(Progress::Sending(status.received, status.announced));
                 send(client, scan, &status)?
@@ -89,13 +88,14 @@ fn attempt<L: Link>(
     }
 }
 
-/// Sends the next points.
+/// Sends the next points or pixels.
 fn send<L: Link>(client: &mut Client<L>, scan: &Scan, status: &Status) -> Result<Status, Error> {
-    let batch = scan.batch.clamp(1, MAX_BATCH);
-    let points = scan.points.iter().skip(status.received as usize).take(batch);
-    let bytes: Vec<u8> = points.flatten().flat_map(|value| value.to_le_bytes()).collect();
-    debug_assert!(bytes.len().is_multiple_of(POINT_BYTES));
-    client.status(&Request::Points { first: status.received, batch: &bytes })
+    let first = status.received;
+    if let Some(depth) = &scan.depth {
+        let (row, column, pixels) = depth.pixels_after(first, scan.batch);
+        return client.status(&Request::DepthRows { row, column, pixels: &pixels });
+    }
+    client.status(&Request::Points { first, batch: &scan.points_after(first) })
 }
 
 fn fetch<L: Link>(

@@ -88,6 +88,12 @@ impl Placed {
         Point::from(Vector::from(q.map(f64::from)))
     }
 
+    /// The same place for points around another centre.
+    pub fn about(&self, centre: Point) -> Self {
+        let translation = self.to_model(&centre).coords.map(|c| c as f32).into();
+        Self { centre, pose: Pose { translation, ..self.pose } }
+    }
+
     /// A voxel position in the scan's frame.
     pub fn to_scan(&self, q: &Point) -> Point {
         let pose = &self.pose;
@@ -97,9 +103,14 @@ impl Placed {
     }
 }
 
-/// Thinned and centred points of a scan, neighbours in space next to each other, as the pose fit wants them.
-pub fn prepare(scan: &Mesh, cell: f64) -> (Point, OrientedPoints) {
-    let mut points = thin(scan, cell).along_curve();
+/// Thinned and centred points of a scan, for its pose.
+fn prepare(scan: &Mesh, cell: f64) -> (Point, OrientedPoints) {
+    centred(&thin(scan, cell))
+}
+
+/// Points around their centre, neighbours in space next to each other, as the pose fit wants them.
+pub fn centred(points: &OrientedPoints) -> (Point, OrientedPoints) {
+    let mut points = points.along_curve();
     let sum = points.points.iter().fold(Vector::zeros(), |sum, p| sum + p.coords);
     let centre = Point::from(sum / points.points.len().max(1) as f64);
     for point in &mut points.points {
@@ -152,8 +163,8 @@ pub fn register(model: &Model<'_>, scan: &Mesh, seed: u64) -> Result<Registratio
 /// Too little surface, or a pose that is none.
 pub fn refine_hint(model: &Model<'_>, scan: &Mesh, hint: &Placed) -> Result<Registration, Error> {
     let (centre, points) = prepare(scan, f64::from(model.header().spacing));
-    let pose = Pose { translation: hint.to_model(&centre).coords.map(|c| c as f32).into(), ..hint.pose };
-    let Scored { pose, inliers, .. } = settled(model, &Field::of_model(model), &points, pose)?;
+    let rough = hint.about(centre).pose;
+    let Scored { pose, inliers, .. } = settled(model, &Field::of_model(model), &points, rough)?;
     Ok(Registration { placed: Placed { centre, pose }, inliers, runner_up: 0.0 })
 }
 

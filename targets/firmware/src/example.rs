@@ -38,7 +38,7 @@ pub fn run<M: Machine>(machine: &mut M) -> Result<(), Refused> {
     complete(machine, &scale).inspect_err(|refused| {
         let reason = match refused {
             Refused::Memory => "the static memory is in use",
-            Refused::TooManyPoints => "the scan has more points than memory::POINTS",
+            Refused::TooManyPoints => "the scan has more points than cloud::CAPACITY",
             Refused::Core(Error::EmptyHull) => "the scan does not touch the model in this pose",
             Refused::Core(_) => "the core refuses the linked model or scan",
         };
@@ -56,7 +56,7 @@ fn complete<M: Machine>(machine: &mut M, scale: &Scale) -> Result<(), Refused> {
     let start = machine.ticks();
     let model = Model::from_bytes(&MODEL)?;
     let checked = machine.ticks().wrapping_sub(start);
-    let (points, memory) = memory::take().ok_or(Refused::Memory)?;
+    let (memory::Scan { points, .. }, memory) = memory::take().ok_or(Refused::Memory)?;
     let scan = Bytes(&SCAN);
     let packed = scan.points();
     let count = packed.len();

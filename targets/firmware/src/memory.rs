@@ -1,7 +1,7 @@
 //! All memory of a completion, in statics: `size` shows at build time whether it fits.
 
 use lacuna::arithmetic::{Arithmetic, Fixed};
-use lacuna::cloud::Packed;
+use lacuna::cloud::{CAPACITY, Packed};
 use lacuna::completion::Memory;
 use lacuna::fixed::Factor;
 use lacuna::{PoseBuffers, Workspace};
@@ -12,12 +12,13 @@ mod sizes {
     include!(concat!(env!("OUT_DIR"), "/sizes.rs"));
 }
 
-/// Points a scan may have.
-pub const POINTS: usize = 24_576;
+/// Pixels of a depth image that are kept: two rows of 1280, or four of 640.
+const ROWS: usize = 2560;
 
 type Cell<T, const N: usize> = ConstStaticCell<[T; N]>;
 
-static POINT_BUFFER: Cell<Packed, POINTS> = Cell::new([[0; 6]; POINTS]);
+static POINT_BUFFER: Cell<Packed, CAPACITY> = Cell::new([[0; 6]; CAPACITY]);
+static ROW_BUFFER: Cell<u16, ROWS> = Cell::new([0; ROWS]);
 static TARGETS: Cell<i16, { sizes::TARGETS }> = Cell::new([0; sizes::TARGETS]);
 static NORMAL: Cell<f64, { sizes::NORMAL }> = Cell::new([0.0; sizes::NORMAL]);
 static BLOCK: Cell<i32, { sizes::BLOCK }> = Cell::new([0; sizes::BLOCK]);
@@ -35,8 +36,16 @@ static RECIPROCALS: Cell<Factor, { sizes::RECIPROCALS }> = Cell::new([Factor::ZE
 static NODES: Cell<u32, { sizes::NODES }> = Cell::new([0; sizes::NODES]);
 static CELL: Cell<<Fixed as Arithmetic>::Row, { sizes::CELL }> = Cell::new([[0; 4]; sizes::CELL]);
 
-/// Hands out the points' memory and the rest; once.
-pub fn take() -> Option<(&'static mut [Packed], Memory<'static, Fixed>)> {
+/// Memory for a scan on its way in.
+pub struct Scan {
+    /// Its points.
+    pub points: &'static mut [Packed],
+    /// The last rows of a depth image.
+    pub rows: &'static mut [u16],
+}
+
+/// Hands out the scan's memory and the completion's; once.
+pub fn take() -> Option<(Scan, Memory<'static, Fixed>)> {
     let pose = PoseBuffers {
         normal: POSE_NORMAL.try_take()?,
         chunk: POSE_CHUNK.try_take()?,
@@ -62,5 +71,5 @@ pub fn take() -> Option<(&'static mut [Packed], Memory<'static, Fixed>)> {
         global: GLOBAL.try_take()?,
         workspace,
     };
-    Some((POINT_BUFFER.try_take()?, memory))
+    Some((Scan { points: POINT_BUFFER.try_take()?, rows: ROW_BUFFER.try_take()? }, memory))
 }

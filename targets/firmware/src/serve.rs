@@ -66,11 +66,11 @@ impl<M: Machine> Write for Line<'_, M> {
 
 /// Serves for ever; returns only where the static memory has been handed out before.
 pub fn run<M: Machine>(machine: &mut M) -> Option<()> {
-    let (points, memory) = memory::take()?;
+    let (memory::Scan { points, rows }, memory) = memory::take()?;
     let scale = Scale::measure(machine);
     let last = machine.ticks();
     let mut line = Line { machine, scale, waiting: None, last, ticks: 0 };
-    let device = Device { machine: M::NAME, model: &MODEL, points, memory };
+    let device = Device { machine: M::NAME, model: &MODEL, points, rows, memory };
     serve(&mut line, device, WIRE.try_take()?);
     None
 }

@@ -5,9 +5,12 @@ use super::tiny::{Tiny, tiny};
 use crate::device_memory::DeviceMemory;
 use embedded_io::{ErrorKind, ErrorType, Read, ReadReady, Write};
 use lacuna::completion::Digests;
+use lacuna::depth::{Camera, Frame};
 use lacuna::wire::device::{Ended, Port};
 use lacuna::wire::frame::{Event, Header, MAX_FRAME, MAX_MESSAGE, Receiver, encode};
-use lacuna::wire::message::{Begin, Hint, Iterations, MAX_BATCH, Reply, Request, VERSION, Vector};
+use lacuna::wire::message::{
+    Begin, BeginDepth, Hint, Iterations, MAX_BATCH, Reply, Request, VERSION, Vector,
+};
 use serde::Serialize;
 use serde::ser::SerializeTuple;
 use std::cell::RefCell;
@@ -173,6 +176,8 @@ fn request(header: &mut Header, kind: u8, source: &mut Source<'_>) -> Vec<u8> {
     let batch: Vec<u8> = points.flatten().flat_map(|v| v.to_le_bytes()).collect();
     let begin = tiny.scan.begin;
     let request = match kind % 16 {
+        // Half of the numbers that stand for a hello.
+        0 if kind >= 128 => depth_request(value, source),
         0 => {
             *header = Header { session: header.session.wrapping_add(value), sequence: 0 };
             Request::Hello { version: VERSION }
@@ -200,6 +205,34 @@ fn request(header: &mut Header, kind: u8, source: &mut Source<'_>) -> Vec<u8> {
         _ => Request::Points { first: source.word(), batch: source.bytes(value as usize) },
     };
     framed(*header, &request)
+}
+
+/// A depth image that a few rows complete, or rows of it.
+fn depth_request<'s>(value: u32, source: &mut Source<'s>) -> Request<'s> {
+    let begin = tiny().scan.begin;
+    let camera = Camera { width: 16, height: 6, fx: 20.0, fy: 20.0, cx: 8.0, cy: 3.0, unit: 0.5 };
+    let frame = Frame { camera, jump: 50.0, reach: 1, stride: 1, view: begin.pose };
+    match value % 4 {
+        0 => Request::BeginDepth(BeginDepth { begin, frame }),
+        1 => {
+            let camera = Camera {
+                width: source.word() as u16,
+                height: source.word() as u16,
+                fx: source.float(),
+                cy: source.float(),
+                unit: source.float(),
+                ..camera
+            };
+            let (reach, stride) = (source.byte(), source.byte().into());
+            let frame = Frame { camera, jump: source.float(), reach, stride, ..frame };
+            Request::BeginDepth(BeginDepth { begin, frame })
+        }
+        2 => Request::DepthRows { row: source.byte().into(), column: 0, pixels: source.bytes(32) },
+        _ => {
+            let [row, column] = [source.byte().into(), source.byte().into()];
+            Request::DepthRows { row, column, pixels: source.bytes(value as usize) }
+        }
+    }
 }
 
 /// A message of bytes as they are.

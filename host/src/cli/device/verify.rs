@@ -65,7 +65,7 @@ impl Verify {
                 Schedule { stride: model.header().stride, momentum: 0, passes: &schedule::DEFAULT };
             let rough = Options { hint: Hint::None, seed: 1, schedule, finer: 1 };
             let start = start(&model, &mesh, &rough)?;
-            let exact = Start { rounds: &[], points: start.points.clone(), ..start };
+            let exact = Start { rounds: &[], points: start.points.clone(), depth: None, ..start };
             for (hint, start) in [("rough", &start), ("exact", &exact)] {
                 let report = compare(&mut client, &model, format!("{name}, {hint} pose"), start, schedule)?;
                 if !common.json {

@@ -68,6 +68,18 @@ impl DepthView {
         let middle = measured.len() / 2;
         (!measured.is_empty()).then(|| f64::from(*measured.select_nth_unstable(middle).1) * self.unit_mm)
     }
+
+    /// Width of a pixel at the median depth, millimetres; 0 if nothing was measured.
+    pub fn pixel_mm(&self) -> f64 {
+        self.median_depth_mm().unwrap_or(0.0) / self.fx.min(self.fy)
+    }
+
+    /// Largest difference in depth between neighbouring pixels of a surface, millimetres: twelve pixel widths. A
+    /// surface as steep as that is seen at more than 85 degrees.
+    pub fn jump_mm(&self) -> f64 {
+        const JUMP_PIXELS: f64 = 12.0;
+        JUMP_PIXELS * self.pixel_mm()
+    }
 }
 
 /// Whether `path` is something that [`read`] takes: a folder, a `.json` or a `.png`.
@@ -125,17 +137,14 @@ fn load_view(folder: &Path, description: &Description, view: &View) -> Result<De
 
 /// All views as one mesh of overlapping sheets in the scan frame.
 ///
-/// Neighbouring pixels whose depths differ by more than twelve pixel widths at the view's median
-/// depth are not joined: a surface as steep as that is seen at more than 85 degrees.
+/// Neighbouring pixels whose depths differ by more than [`DepthView::jump_mm`] are not joined.
 ///
 /// # Errors
 /// If there is not a single triangle.
 pub fn merge(views: &[DepthView]) -> Result<Loaded, Fault> {
-    const JUMP_PIXELS: f64 = 12.0;
     let mut all = Mesh::default();
     for view in views {
-        let pixel_mm = view.median_depth_mm().unwrap_or(0.0) / view.fx.min(view.fy);
-        let sheet = view.mesh(JUMP_PIXELS * pixel_mm);
+        let sheet = view.mesh(view.jump_mm());
         let offset = all.points.len() as u32;
         all.points.extend(sheet.points);
         all.triangles.extend(sheet.triangles.iter().map(|corners| corners.map(|v| v + offset)));
