@@ -48,9 +48,12 @@ pub const MOMENTUM: [Pass<'static>; 3] = [
 ///
 /// The eigenvalues of B D⁻¹ B lie within 0..1.15, and within 0..1 where there is no kernel: there a cell's trilinear
 /// weights sum to one and a voxel's curvature is what its modes can do at most. Steps 1/λ at the Chebyshev nodes of
-/// 0.05..1.15 (wide kernels) and 0.009..1 (none), in Leja order so that rounding is not amplified on the way, damp all
-/// of them as well as momentum does, without its second copy of the weights (measured on complete faces: 0.13 mm
-/// either way, 580 instead of 825 KiB).
+/// 0.05..1.15 (wide kernels) and 0.009..1 (none) damp all of them as well as momentum does, without its second copy of
+/// the weights (measured on complete faces: 0.13 mm either way, 580 instead of 825 KiB).
+///
+/// Their order was searched for: a deviation grows to six times itself at most on the way (29 times in Leja order,
+/// which drove weights into their limits and left bumps), and what is rounded off is amplified no more than in Leja
+/// order (4 times, root mean square).
 ///
 /// The widest kernel moves the stronger half of the modes: what the others could say that far off is soon said again.
 pub const DEFAULT: [Pass<'static>; 3] = [
@@ -63,8 +66,8 @@ pub const DEFAULT: [Pass<'static>; 3] = [
 const SHORT: [f32; 2] = [1.0112, 4.7373];
 /// Chebyshev steps for 15 iterations, eigenvalues within 0.009..1.
 const LONG: [f32; 15] = [
-    1.0027, 85.365, 1.9822, 4.6893, 1.2567, 13.2653, 1.0711, 2.4908, 1.4164, 7.3383, 1.0249, 30.0738, 1.646,
-    1.1458, 3.3007,
+    4.6893, 1.646, 1.0711, 30.0738, 1.0027, 13.2653, 2.4908, 1.4164, 1.1458, 85.365, 1.2567, 7.3383, 1.0249,
+    1.9822, 3.3007,
 ];
 
 impl<'a> Schedule<'a> {
@@ -116,7 +119,7 @@ mod tests {
     #[test]
     fn no_beginning_of_the_steps_amplifies_much() {
         for n in 1..=15 {
-            assert!(worst(&LONG[..n], 0.0, 1.0) < 40.0, "{n}: {}", worst(&LONG[..n], 0.0, 1.0));
+            assert!(worst(&LONG[..n], 0.0, 1.0) < 6.0, "{n}: {}", worst(&LONG[..n], 0.0, 1.0));
         }
     }
 }
