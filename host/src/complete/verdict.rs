@@ -155,14 +155,14 @@ mod tests {
             weight_norm: 1.1,
             scale: 1.0,
             pose_inliers: [0.9, 0.4],
-            spread: Some(Spread { turn: 0.3, surface: 1.0 }),
+            spread: Some(Spread { turn: 0.5, surface: 2.4 }),
         }
     }
 
     #[test]
     fn a_typical_scan_is_good_and_every_oddity_is_named() {
         assert_eq!(typical().judged(1.0).grade, Grade::Good);
-        let loose = Verdict { spread: Some(Spread { turn: 0.5, surface: 1.8 }), ..typical() }.judged(1.0);
+        let loose = Verdict { spread: Some(Spread { turn: 0.5, surface: 3.1 }), ..typical() }.judged(1.0);
         assert_eq!((loose.grade, loose.reasons.len()), (Grade::Check, 1));
         let other = Verdict { inlier_share: 0.3, ..typical() }.judged(1.0);
         assert_eq!((other.grade, other.reasons.len()), (Grade::Reject, 1));
