@@ -4,9 +4,7 @@ use lacuna_fixtures::GOLDEN;
 use lacuna_tests::firmware::{MACHINES, build_logging, folder, missing};
 use std::process::Command;
 
-#[test]
-fn a_firmware_that_logs_computes_the_golden_bits_and_sends_a_frame_a_stage() {
-    let (machine, triple) = MACHINES[1];
+fn assert_logs((machine, triple): (&str, &str)) {
     if missing(machine, triple).is_some() {
         return;
     }
@@ -19,4 +17,14 @@ fn a_firmware_that_logs_computes_the_golden_bits_and_sends_a_frame_a_stage() {
     // Four stages and the outcome; frames end with a zero and have none within.
     let frames = output.stderr.split(|&byte| byte == 0).filter(|frame| !frame.is_empty()).count();
     assert_eq!(frames, 5, "{:x?}", output.stderr);
+}
+
+#[test]
+fn a_cortex_m_firmware_that_logs_computes_the_golden_bits_and_sends_a_frame_a_stage() {
+    assert_logs(MACHINES[1]);
+}
+
+#[test]
+fn a_risc_v_firmware_that_logs_computes_the_golden_bits_and_sends_a_frame_a_stage() {
+    assert_logs(MACHINES[3]);
 }
