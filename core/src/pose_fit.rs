@@ -50,13 +50,16 @@ pub struct Round {
     pub growth: bool,
     /// Whether the weights are estimated too.
     pub shape: bool,
+    /// Whether patches then have weights of their own: a part of a shape tells more of the rest that way; a whole shape
+    /// is approximated better without.
+    pub own: bool,
 }
 
 /// Rigid, with scale, then joint.
 pub const ROUNDS: [Round; 3] = [
-    Round { iterations: 4, misfit: 16.0, growth: false, shape: false },
-    Round { iterations: 3, misfit: 8.0, growth: true, shape: false },
-    Round { iterations: 8, misfit: 2.5, growth: true, shape: true },
+    Round { iterations: 4, misfit: 16.0, growth: false, shape: false, own: false },
+    Round { iterations: 3, misfit: 8.0, growth: true, shape: false, own: false },
+    Round { iterations: 8, misfit: 2.5, growth: true, shape: true, own: true },
 ];
 
 /// Memory of a pose fit.
@@ -220,7 +223,7 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         self.buffers.chunk.fill(0.0);
         self.add_points(points, round, modes + POSE);
         // Without the shape there is nothing to differ from.
-        if round.shape {
+        if round.shape && round.own {
             let own = ridge(OWN_RIDGE, self.count, self.model) as f32;
             eliminate_own_weights(self.buffers.chunk, modes, modes + POSE, own);
         }

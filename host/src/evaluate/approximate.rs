@@ -7,7 +7,7 @@ use crate::correspondence::Correspondence;
 use crate::io::{self, PlyOut};
 use crate::mesh::{Mesh, Point, Vector};
 use crate::points::thin;
-use crate::register::{Placed, refine_hint, register};
+use crate::register::{Placed, refine_hint, refine_whole, register};
 use crate::surface::{Volume, largest_component, marching_cubes};
 use crate::train::distance::Surface;
 use crate::train::prepared::Prepared;
@@ -142,6 +142,7 @@ impl Models<'_> {
             PoseMode::Joint => refine_hint(self.model, &target.mesh, &still),
             PoseMode::Search => register(self.model, &target.mesh, settings.seed),
         };
+        let found = found.and_then(|found| refine_whole(self.model, &target.mesh, &found.placed));
         let found = found.map_err(|error| Error::Register(target.name.clone(), error))?;
         Ok(found.placed)
     }

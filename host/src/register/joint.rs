@@ -51,7 +51,7 @@ pub fn settled(
     Ok(Scored { inliers: share * refined.inliers, explained: share * refined.explained, ..refined })
 }
 
-fn refine(
+pub(super) fn refine(
     model: &Model<'_>,
     points: &OrientedPoints,
     pose: Pose,

@@ -17,7 +17,8 @@ use crate::points::{OrientedPoints, thin};
 use crate::sentence::sentence;
 use crate::unit;
 use field::Field;
-use joint::{refined, settled};
+use joint::{refine, refined, settled};
+use lacuna::pose_fit::Round;
 use lacuna::{Model, Pose};
 use rank::{Scored, convincing, next_best};
 use rayon::prelude::*;
@@ -165,6 +166,19 @@ pub fn refine_hint(model: &Model<'_>, scan: &Mesh, hint: &Placed) -> Result<Regi
     let (centre, points) = prepare(scan, f64::from(model.header().spacing));
     let rough = hint.about(centre).pose;
     let Scored { pose, inliers, .. } = settled(model, &Field::of_model(model), &points, rough)?;
+    Ok(Registration { placed: Placed { centre, pose }, inliers, runner_up: 0.0 })
+}
+
+/// Iterations that draw the model as a whole to a shape.
+const WHOLE: Round = Round { iterations: 8, misfit: 2.5, growth: true, shape: true, own: false };
+
+/// Refines a pose that is known well for the model as a whole: the pose in which it approximates a complete shape best.
+///
+/// # Errors
+/// As for [`refine_hint`].
+pub fn refine_whole(model: &Model<'_>, shape: &Mesh, known: &Placed) -> Result<Registration, Error> {
+    let (centre, points) = prepare(shape, f64::from(model.header().spacing));
+    let Scored { pose, inliers, .. } = refine(model, &points, known.about(centre).pose, &[WHOLE])?;
     Ok(Registration { placed: Placed { centre, pose }, inliers, runner_up: 0.0 })
 }
 

@@ -134,7 +134,13 @@ fn any_reach(source: &mut Source<'_>) -> Reach {
 fn any_rounds(source: &mut Source<'_>) -> Vec<Round> {
     let round = |source: &mut Source<'_>| {
         let (iterations, misfit, flags) = (source.byte() % 4, source.float(), source.byte());
-        Round { iterations: iterations.into(), misfit, growth: flags & 1 == 1, shape: flags & 2 == 2 }
+        Round {
+            iterations: iterations.into(),
+            misfit,
+            growth: flags & 1 == 1,
+            shape: flags & 2 == 2,
+            own: flags & 4 == 4,
+        }
     };
     (0..source.below(4)).map(|_| round(source)).collect()
 }
