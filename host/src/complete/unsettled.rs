@@ -34,7 +34,8 @@ pub fn unsettled(
         missed.into_iter().map(|i| Point::from(Vector::from(local.voxel(i).map(|v| v as f64)))).collect();
     let around = local.mark(&places, reach, |_, _| true);
     for i in (0..around.len()).filter(|&i| around[i]) {
-        let own = scan(i).filter(|own| measured[i] && (own - global.values[i]).abs() <= FAR);
+        let own = if measured[i] { scan(i) } else { None };
+        let own = own.filter(|own| (own - global.values[i]).abs() <= FAR);
         measured[i] = own.is_some();
         local.values[i] = own.unwrap_or(local.values[i]);
     }
@@ -56,11 +57,17 @@ mod tests {
         fit.values[miss] = -9.0;
         let before = fit.values.clone();
         let mut measured: Vec<bool> = (0..N * N * N).map(|i| height(i).abs() < 1.0).collect();
-        let own = |i: usize| (i != miss + 1).then(|| height(i));
+        // Beside the miss the scan ends on one side, and is something else on the other.
+        let own = |i: usize| match i {
+            _ if i == miss + 1 => None,
+            _ if i == miss - 1 => Some(height(i) + 3.0),
+            _ => Some(height(i)),
+        };
         let around = unsettled(&mut fit, &global, &mut measured, 2, own);
         assert_eq!(around.iter().filter(|around| **around).count(), 125);
         assert_eq!((fit.values[miss], fit.values[miss + 2]), (height(miss), height(miss)));
-        assert!(measured[miss] && !measured[miss + 1]);
+        assert!(measured[miss] && !measured[miss + 1] && !measured[miss - 1]);
+        assert_eq!(fit.values[miss - 1], before[miss - 1]);
         let untouched = |&i: &usize| !around[i] || height(i).abs() > 1.0;
         assert!((0..N * N * N).filter(untouched).all(|i| fit.values[i] == before[i]));
     }
