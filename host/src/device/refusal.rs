@@ -36,7 +36,7 @@ pub fn refusal(refusal: &Refusal) -> String {
         Refusal::NoResult => "there are no results yet: wait for the fit".into(),
         Refusal::OutOfRange { limit } => format!("there are only {limit} values: ask for fewer"),
         Refusal::WrongKind => {
-            "the scan was announced as something else than points or pixels that were sent: begin it again"
+            "points were sent for a scan announced as a depth image, or pixels for one of points: begin it again"
                 .into()
         }
         Refusal::WrongRow { row, column } => {
