@@ -7,7 +7,8 @@ use lacuna_tests::expected_errors::shares;
 use lacuna_tests::program::{json, lacuna, succeeds};
 use std::path::Path;
 
-/// Where the share of true errors below the stated one-sigma error must lie for a handful of synthetic scans: a completion is off as a whole or not, and a few of them scatter.
+/// Where the share of true errors below the stated one-sigma error must lie for a handful of synthetic scans: a
+/// completion is off as a whole or not, and a few of them scatter.
 const SHARE_OF_FEW: std::ops::RangeInclusive<f64> = 0.5..=0.85;
 
 #[test]

@@ -55,7 +55,7 @@ pub fn merge(fitted: &Mesh, scan: &Surface, limits: &Limits) -> Merged {
         .zip(&normals)
         .map(|(point, normal)| motion(point, normal, scan, limits))
         .collect();
-    // Beyond the last ring a motion ends at FADE^RINGS of itself, a fiftieth: no step to be seen.
+    // Beyond the last ring a motion ends at FADE^RINGS of itself, a 28th: no step to be seen.
     let mut faded = carry(fitted, &motions, FADE, RINGS);
     for _ in 0..YIELDS {
         let strays = strays(fitted, &normals, &motions, &faded, limits.step);
