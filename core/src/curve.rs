@@ -1,54 +1,58 @@
 //! The order of a space-filling curve: neighbours in the list are neighbours in space, as the
 //! [pose fit](crate::pose_fit) wants them.
 //!
-//! The Morton code of a point interleaves the bits of its coordinates, z above y above x. The points are sorted by
-//! the code's first [`LEVELS`] bits in place, one bit at a time from the highest: each bit halves a range of
-//! points, which are then sorted by the next bit. An order by which nothing is moved is the order already.
+//! The Morton code of a place interleaves the bits of its coordinates, z above y above x. Items are sorted by the
+//! first [`LEVELS`] bits of their places' codes, in their own memory, one bit at a time from the highest: each bit halves
+//! a range of items, which are then sorted by the next bit. Items in order are not moved.
 
 use crate::cloud::Packed;
 
-/// Bits of a code that count: ten a coordinate, cells of 64 steps.
+/// Bits of a code that count: ten a coordinate, cells of 64.
 const LEVELS: u8 = 30;
 
-/// Brings points into the order of the curve. At most [`LEVELS`] looks at each point; the recursion is as deep.
+/// Brings packed points into the order of the curve.
 pub fn along_curve(points: &mut [Packed]) {
-    sort(points, 0);
+    // Negative coordinates come first.
+    sort_along_curve(points, &|&[x, y, z, ..]: &Packed| [x, y, z].map(|c| c.cast_unsigned() ^ 0x8000));
 }
 
-fn sort(points: &mut [Packed], level: u8) {
-    if points.len() < 2 || level >= LEVELS {
+/// Brings items into the order of the curve by their places. At most [`LEVELS`] looks at each; the recursion is as deep.
+pub fn sort_along_curve<T>(items: &mut [T], place: &impl Fn(&T) -> [u16; 3]) {
+    sort(items, place, 0);
+}
+
+fn sort<T>(items: &mut [T], place: &impl Fn(&T) -> [u16; 3], level: u8) {
+    if items.len() < 2 || level >= LEVELS {
         return;
     }
-    let middle = halve(points, level);
-    let Some((low, high)) = points.split_at_mut_checked(middle) else { return };
-    sort(low, level.saturating_add(1));
-    sort(high, level.saturating_add(1));
+    let middle = halve(items, |item| bit(place(item), level));
+    let Some((low, high)) = items.split_at_mut_checked(middle) else { return };
+    sort(low, place, level.saturating_add(1));
+    sort(high, place, level.saturating_add(1));
 }
 
-/// Brings the points whose bit is 0 before those whose bit is 1: how many there are of the former.
-fn halve(points: &mut [Packed], level: u8) -> usize {
-    let mut both_ends = points.iter_mut();
+/// Brings the items that are not `high` before those that are: how many there are of the former.
+fn halve<T>(items: &mut [T], high: impl Fn(&T) -> bool) -> usize {
+    let mut both_ends = items.iter_mut();
     let mut low = 0usize;
-    while let Some(point) = both_ends.next() {
-        if bit(point, level) {
-            let Some(other) = both_ends.rfind(|other| !bit(other, level)) else { break };
-            core::mem::swap(point, other);
+    while let Some(item) = both_ends.next() {
+        if high(item) {
+            let Some(other) = both_ends.rfind(|other| !high(other)) else { break };
+            core::mem::swap(item, other);
         }
         low = low.saturating_add(1);
     }
     low
 }
 
-/// A bit of the code; 0 is the highest.
-fn bit(&[x, y, z, ..]: &Packed, level: u8) -> bool {
+/// A bit of a place's code; 0 is the highest.
+fn bit([x, y, z]: [u16; 3], level: u8) -> bool {
     let coordinate = match level % 3 {
         0 => z,
         1 => y,
         _ => x,
     };
-    // Negative coordinates come first.
-    let ascending = coordinate.cast_unsigned() ^ 0x8000;
-    ascending << (level / 3) & 0x8000 != 0
+    coordinate << (level / 3) & 0x8000 != 0
 }
 
 #[cfg(test)]

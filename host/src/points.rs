@@ -5,6 +5,7 @@
 
 use crate::mesh::{Mesh, Point, Vector};
 use lacuna::cloud::{Bytes, Packed, pack, step_for};
+use lacuna::curve::sort_along_curve;
 use lacuna::{Cloud, Pose};
 use rustc_hash::FxHashMap;
 
@@ -32,17 +33,14 @@ impl OrientedPoints {
     pub fn along_curve(&self) -> Self {
         let low = self.points.iter().fold(Vector::repeat(f64::MAX), |low, p| low.inf(&p.coords));
         let high = self.points.iter().fold(Vector::repeat(f64::MIN), |high, p| high.sup(&p.coords));
+        // The curve's cells are 64 wide.
         let cell = ((high - low).max() / 1024.0).max(f64::MIN_POSITIVE);
-        let code = |p: &Point| {
-            let at = ((p.coords - low) / cell).map(|c| (c as u32).min(1023));
-            (0..10).fold(0u32, |code, bit| {
-                code | (at.x >> bit & 1) << (3 * bit)
-                    | (at.y >> bit & 1) << (3 * bit + 1)
-                    | (at.z >> bit & 1) << (3 * bit + 2)
-            })
-        };
-        let mut order: Vec<usize> = (0..self.points.len()).collect();
-        order.sort_by_cached_key(|&i| (code(&self.points[i]), i));
+        let place = |p: &Point| ((p.coords - low) / cell).map(|c| (c as u16).min(1023) * 64).into();
+        let places: Vec<[u16; 3]> = self.points.iter().map(place).collect();
+        let mut order: Vec<usize> = (0..places.len()).collect();
+        sort_along_curve(&mut order, &|&i| places[i]);
+        // Within a cell of the curve, as they came.
+        order.chunk_by_mut(|&a, &b| places[a] == places[b]).for_each(<[usize]>::sort_unstable);
         Self {
             points: order.iter().map(|&i| self.points[i]).collect(),
             normals: order.iter().map(|&i| self.normals[i]).collect(),
