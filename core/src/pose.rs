@@ -45,13 +45,16 @@ impl Pose {
         self.rotation.map(|row| dot(row, n))
     }
 
-    /// Whether all numbers are finite, the scale positive and the rows of R of length one.
+    /// Whether all numbers are finite, the scale positive and R a rotation: its rows of length one, the third the cross
+    /// product of the others.
     pub fn is_valid(&self) -> bool {
+        let [x, y, z] = self.rotation;
         let unit = |row: &[f32; 3]| (dot(*row, *row) - 1.0).abs() < 1e-3;
         self.scale.is_finite()
             && self.scale > 0.0
             && self.translation.iter().all(|t| t.is_finite())
             && self.rotation.iter().all(unit)
+            && (dot(cross(x, y), z) - 1.0).abs() < 2e-3
     }
 
     /// The pose after a small motion in voxel space about `centre`: turn by the vector `omega` (radians),
@@ -111,6 +114,14 @@ mod tests {
         let q = pose.apply([1.0, 0.0, 0.0]);
         assert!(zip(q, [1.0, 3.0, 3.0], |a, b| (a - b).abs()).iter().all(|&d| d < 1e-6), "{q:?}");
         assert!(pose.is_valid());
+    }
+
+    #[test]
+    fn a_mirrored_or_sheared_frame_is_no_pose() {
+        let [x, y, z] = Pose::IDENTITY.rotation;
+        for rotation in [[x, y, z.map(|c| -c)], [y, x, z], [x, y, y], [x, [0.6, 0.8, 0.0], z]] {
+            assert!(!Pose { rotation, ..Pose::IDENTITY }.is_valid(), "{rotation:?}");
+        }
     }
 
     #[test]

@@ -101,7 +101,7 @@ fn a_host_that_comes_back_goes_on_where_the_device_is() {
 proptest! {
     #![proptest_config(Config { cases: 12, ..Config::default() })]
 
-    /// Whatever the line does, within what forty attempts can mend.
+    /// Points or a depth image, whatever the line does, within what forty attempts can mend.
     #[test]
     fn any_bad_line_ends_with_the_right_bits(
         seed: u64,
@@ -112,28 +112,13 @@ proptest! {
         batch in 5usize..=MAX_BATCH,
     ) {
         resets.sort_unstable();
-        let line = HostEnd::start(small().model.clone(), 10_000, Faults { damage, loss, repetition, resets }, seed);
-        let mut client = Client::new(&line, TIMING);
-        client.hello().unwrap();
-        prop_assert_eq!(completed(&mut client, 1, batch).unwrap(), small().digests);
-    }
-
-    /// The same for a depth image.
-    #[test]
-    fn a_depth_image_over_any_bad_line_ends_with_the_right_bits(
-        seed: u64,
-        damage in 0.0..0.1,
-        loss in 0.0..0.1,
-        repetition in 0.0..0.1,
-        mut resets in prop::collection::vec(1u64..300, 0..3),
-        batch in 20usize..=MAX_PIXELS,
-    ) {
-        resets.sort_unstable();
-        let line = HostEnd::start(small().model.clone(), 10_000, Faults { damage, loss, repetition, resets }, seed);
-        let mut client = Client::new(&line, TIMING);
-        client.hello().unwrap();
-        let found = completed_of(small_depth(), &mut client, 1, batch);
-        prop_assert_eq!(found.unwrap(), small_depth().digests);
+        for (sent, batch) in [(small(), batch), (small_depth(), batch * MAX_PIXELS / MAX_BATCH)] {
+            let faults = Faults { damage, loss, repetition, resets: resets.clone() };
+            let line = HostEnd::start(small().model.clone(), 10_000, faults, seed);
+            let mut client = Client::new(&line, TIMING);
+            client.hello().unwrap();
+            prop_assert_eq!(completed_of(sent, &mut client, 1, batch).unwrap(), sent.digests);
+        }
     }
 }
 
@@ -316,6 +301,8 @@ fn a_depth_image_with_impossible_numbers_is_refused_by_name() {
     let camera = |camera: Camera| Frame { camera, ..frame };
     let c = frame.camera;
     let flat = Pose { scale: f32::NAN, ..frame.view };
+    let [x, y, _] = frame.view.rotation;
+    let sheared = Pose { rotation: [x, y, y], ..frame.view };
     let frames = [
         (camera(Camera { width: 0, ..c }), option(OptionName::ImageSize)),
         (camera(Camera { fx: 0.0, ..c }), option(OptionName::FocalLength)),
@@ -327,6 +314,7 @@ fn a_depth_image_with_impossible_numbers_is_refused_by_name() {
         (Frame { stride: 0, ..frame }, option(OptionName::PixelStride)),
         (Frame { reach: 0, ..frame }, option(OptionName::PixelStride)),
         (Frame { view: flat, ..frame }, Refusal::Core(Error::Pose)),
+        (Frame { view: sheared, ..frame }, Refusal::Core(Error::Pose)),
     ];
     for (frame, refusal) in frames {
         assert_refused(client, &Request::BeginDepth(BeginDepth { frame, ..begin }), refusal);
@@ -370,6 +358,30 @@ fn pixels_that_do_not_follow_are_refused_and_change_nothing() {
     assert_refused(client, &rows(height, 0, &[]), Refusal::WrongRow { row: height, column: 0 });
     let nothing = Refusal::Core(Error::TooFewPoints { given: 0 });
     assert_refused(client, &Request::Fit, nothing);
+}
+
+#[test]
+fn after_a_fit_that_failed_points_are_refused_and_a_new_scan_is_welcome() {
+    let line = HostEnd::start(small().model.clone(), 10_000, Faults::default(), 1);
+    let client = &mut Client::new(&line, TIMING);
+    client.hello().unwrap();
+    let scan = &small().scan;
+    let far = Pose { translation: [9e3; 3], ..scan.begin.pose };
+    let begin = Begin { pose: far, hint: Hint::Exact, ..scan.begin };
+    let mut status = client.status(&Request::Begin(begin)).unwrap();
+    while status.received < status.announced {
+        let first = status.received;
+        status = client.status(&Request::Points { first, batch: &scan.points_after(first) }).unwrap();
+    }
+    client.status(&Request::Fit).unwrap();
+    while matches!(status.state, State::Fitting { .. } | State::Receiving) {
+        status = client.status(&Request::Status).unwrap();
+    }
+    assert_eq!(status.state, State::Failed(Error::EmptyHull));
+    let first = status.received;
+    assert_refused(client, &Request::Points { first, batch: &[] }, Refusal::Busy);
+    assert_refused(client, &Request::DepthRows { row: 0, column: 0, pixels: &[] }, Refusal::Busy);
+    assert_eq!(completed(client, 7, MAX_BATCH).unwrap(), small().digests);
 }
 
 #[test]

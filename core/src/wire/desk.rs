@@ -72,7 +72,12 @@ impl<'d> Desk<'d> {
 
     /// Takes a batch of points or pixels.
     pub fn take(&mut self, request: &Request<'_>, room: &mut Room<'_>) -> Reply<'d> {
-        let taken = self.scan.as_mut().ok_or(Refusal::NoScan).and_then(|scan| scan.take(request, room));
+        let scan = self.scan.as_mut().ok_or(Refusal::NoScan);
+        let open = scan.and_then(|scan| match self.state {
+            State::Receiving => Ok(scan),
+            _ => Err(Refusal::Busy),
+        });
+        let taken = open.and_then(|scan| scan.take(request, room));
         taken.map_or_else(Reply::Refused, |()| self.status())
     }
 
