@@ -27,13 +27,20 @@ pub struct DepthImage {
     translation: Vector,
 }
 
-/// A depth image that becomes a cloud, and the cloud.
+/// A depth image as it is sent.
 #[derive(Clone, Debug)]
-pub struct DepthScan {
+pub struct Depth {
     /// How pixels become points.
     pub frame: Frame,
     /// Row by row; 0 is "not measured".
-    pub depth: Vec<u16>,
+    pub pixels: Vec<u16>,
+}
+
+/// A depth image that becomes a cloud, and the cloud.
+#[derive(Clone, Debug)]
+pub struct DepthScan {
+    /// What a device is sent.
+    pub image: Depth,
     /// The points, as a device makes them too.
     pub packed: PackedPoints,
 }
@@ -102,7 +109,7 @@ impl DepthImage {
             let points = points(&frame, step, &self.depth)?;
             if points.len() <= CAPACITY {
                 let packed = PackedPoints { points, step };
-                return Ok(DepthScan { frame, depth: self.depth.clone(), packed });
+                return Ok(DepthScan { image: Depth { frame, pixels: self.depth.clone() }, packed });
             }
             stride += 1;
         }

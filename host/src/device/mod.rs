@@ -15,7 +15,7 @@ pub use link::{Link, serial, tcp};
 pub use qemu::{Error as QemuError, Machine, Qemu};
 pub use refusal::refusal;
 pub use run::{Progress, Results, run};
-pub use scan::{Depth, Scan};
+pub use scan::Scan;
 
 use lacuna::wire::Refusal;
 

@@ -2,9 +2,9 @@
 
 use super::Results;
 use crate::complete::Start;
+use crate::complete::depth_rows::Depth;
 use crate::fit::{Buffers, Digests, Fit, global_distances};
 use lacuna::cloud::Packed;
-use lacuna::depth::Frame;
 use lacuna::format::{Digest, digest};
 use lacuna::wire::message::{Begin, BeginDepth, Hint, Iterations, MAX_BATCH, MAX_PIXELS, Request};
 use lacuna::{Error, Fixed, Model, Sizes};
@@ -22,15 +22,6 @@ pub struct Scan {
     pub batch: usize,
 }
 
-/// A depth image to be sent.
-#[derive(Clone, Debug)]
-pub struct Depth {
-    /// How pixels become points.
-    pub frame: Frame,
-    /// Row by row.
-    pub pixels: Vec<u16>,
-}
-
 impl Scan {
     /// A scan in a pose, numbered by what it holds.
     pub fn new(start: &Start, iterations: Iterations) -> Self {
@@ -43,7 +34,7 @@ impl Scan {
             hint: if start.rounds.is_empty() { Hint::Exact } else { Hint::Rough },
             iterations,
         };
-        let depth = start.depth.as_ref().map(|scan| Depth { frame: scan.frame, pixels: scan.depth.clone() });
+        let depth = start.depth.as_ref().map(|scan| scan.image.clone());
         let mut number = Digest::new();
         number.add(format!("{begin:?}").as_bytes());
         packed.points.iter().flatten().for_each(|value| number.add(&value.to_le_bytes()));
