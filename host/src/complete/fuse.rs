@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 /// Layers around the stored voxels that are extrapolated.
 const LAYERS: usize = 5;
-/// Layers beyond the support, where all shapes have ended, that go on straight.
+/// Layers beyond the support, where nearly all training shapes have ended, that go on straight.
 const BEYOND: usize = 2;
 /// Largest difference between far field and mean, voxels, where the far field is relied on.
 const FAITHFUL: f32 = 0.35;
@@ -54,16 +54,17 @@ impl Dense {
                 (deviations[i], field.values[i]) = (deviation, value);
             }
         }
+        let off = |voxel: [usize; 3]| sample::far(model, voxel.map(|v| v as f32)).is_none();
         for _ in 0..BEYOND {
-            for (i, value) in field.straight(model) {
+            for (i, value) in field.straight(off) {
                 field.values[i] = value;
             }
         }
         field
     }
 
-    /// Unknown voxels off the support that two known ones in a row lead to, and their distances.
-    fn straight(&self, model: &Model<'_>) -> Vec<(usize, f32)> {
+    /// Unknown voxels `off` the support that two known ones in a row lead to, and their distances.
+    fn straight(&self, off: impl Fn([usize; 3]) -> bool + Sync) -> Vec<(usize, f32)> {
         let [width, height, _] = self.sides;
         let next = |&i: &usize| {
             let voxel = self.voxel(i);
@@ -78,8 +79,7 @@ impl Dense {
                     }
                 }
             }
-            let off = count > 0 && sample::far(model, voxel.map(|v| v as f32)).is_none();
-            off.then(|| (i, sum / count as f32))
+            (count > 0 && off(voxel)).then(|| (i, sum / count as f32))
         };
         let unknown: Vec<usize> = (0..self.values.len()).filter(|&i| self.values[i].is_nan()).collect();
         unknown.par_iter().filter_map(next).collect()
@@ -237,6 +237,23 @@ fn cubic([before, a, b, behind]: [f32; 4], t: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_plane_goes_on_straight_off_the_support_and_nowhere_else() {
+        let plane = |x: usize, y: usize| 0.3 * x as f32 - 0.8 * y as f32 + 1.0;
+        let values = (0..125).map(|i| if i % 5 < 3 { plane(i % 5, i / 5 % 5) } else { f32::NAN }).collect();
+        let mut field = Dense { sides: [5; 3], values };
+        let grown = field.straight(|[_, y, _]| y > 1);
+        assert_eq!(grown.len(), 15);
+        for (i, value) in grown {
+            assert!(
+                i % 5 == 3 && i / 5 % 5 > 1 && (value - plane(3, i / 5 % 5)).abs() < 1e-5,
+                "{i}: {value}"
+            );
+            field.values[i] = value;
+        }
+        assert_eq!(field.straight(|_| true).len(), 15 + 10);
+    }
 
     #[test]
     fn a_finer_grid_interpolates_and_keeps_the_known_voxels() {
