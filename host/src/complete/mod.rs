@@ -155,18 +155,13 @@ pub fn complete_by(
     let placed = Placed { centre: start.rough.centre, pose: fit.outcome.pose };
     let points = without_clutter(model, &start, &fit);
     let centred = Placed { centre: Point::origin(), ..placed };
-    let mut field = Dense::new(model, &fit.local_distances);
+    let field = Dense::new(model, &fit.local_distances);
     let agreement = agreement(&field, &points, &centred, model);
     let global_field = Dense::new(model, &fit.global_distances);
     let (global, local) = (global_field.surface(&placed, 1), field.surface(&placed, 1));
     let voxels: Vec<Point> = points.points.iter().map(|p| centred.to_model(p)).collect();
-    let near = OWN_REACH / f64::from(placed.pose.scale);
-    // A voxel hears of the nodes around it, and they reach as far again.
-    let reach = 2 * usize::from(model.header().stride);
-    let own = |i: usize| global_field.measured(i, &measured.surface, &placed, near);
-    diffusion::diffuse(&mut field, &global_field, &voxels, reach, own);
-    field.extend(model, &measured.surface, &placed, &voxels);
-    let fitted = fair(&field.surface(&placed, options.finer), FAIRING);
+    let drawn = drawn_to_scan(model, (field, &global_field), &measured.surface, &placed, &voxels);
+    let fitted = fair(&drawn.surface(&placed, options.finer), FAIRING);
     if fitted.triangles.is_empty() {
         return Err(Error::NoSurface(
             "the fitted distances have no zero level: the scan does not match the model",
@@ -178,14 +173,32 @@ pub fn complete_by(
     let clutter = Clutter::of(&scan, &merged.mesh, APART * unit);
     // A given pose was not estimated, and no weights with it.
     let posed = !start.rounds.is_empty();
-    let weights: Vec<f32> =
-        if posed { fit.shape.clone() } else { fit.global.iter().map(|&w| w as f32).collect() };
+    let global_weights = || fit.global.iter().map(|&weight| weight as f32).collect();
+    let weights = if posed { fit.shape.clone() } else { global_weights() };
     let posterior = Posterior::new(model, &points, &placed.pose, &weights, posed);
     let cues = posterior.as_ref().map(|posterior| cues(posterior, &placed, &merged)).unwrap_or_default();
     let expected = Expected::new(&cues, model, placed.pose.scale);
     let determined = posterior.as_ref().and_then(spread);
     let verdict = judge(model, &start, &placed, &fit, &merged, (agreement, determined));
     Ok(Completion { scan, specks, placed, global, local, merged, cues, expected, clutter, fit, verdict })
+}
+
+/// The local fit's distances without what did not settle, the scan's own beyond what the model stores; `voxels` are the
+/// scan's points.
+fn drawn_to_scan(
+    model: &Model<'_>,
+    (mut local, global): (Dense, &Dense),
+    scan: &Surface,
+    placed: &Placed,
+    voxels: &[Point],
+) -> Dense {
+    let near = OWN_REACH / f64::from(placed.pose.scale);
+    // A voxel hears of the nodes around it, and they reach as far again.
+    let reach = 2 * usize::from(model.header().stride);
+    let own = |i: usize| global.measured(i, scan, placed, near);
+    diffusion::diffuse(&mut local, global, voxels, reach, own);
+    local.extend(model, scan, placed, voxels);
+    local
 }
 
 /// The scan for closest point queries.
