@@ -3,11 +3,11 @@
 //! | offset | size | content |
 //! |---|---|---|
 //! | 0 | 8 | magic `LACUNA\x1a\n` |
-//! | 8 | 2 | format version, 2 |
+//! | 8 | 2 | format version, 3 |
 //! | 10 | 2 | length of the header, H |
 //! | 12 | 4 | length of the whole file |
 //! | 16 | 4 | CRC-32/ISO-HDLC of all bytes but these four |
-//! | 20 | H | [`Header`], then `Option` of [`Symmetry`] and `Option` of [`Calibration`], postcard |
+//! | 20 | H | [`Header`], then `Option` of [`Symmetry`], of [`Calibration`] and of [`Jitter`], postcard |
 //! | | 8 K | modes: f32 standard deviation (root mean square over the band, voxels), f32 gain g, at most 255 |
 //! | | 2 F | far field: i16 mean distance (1/256 voxel) at every `far_stride`-th voxel, [`UNKNOWN`] off the support |
 //! | | 2 C | map: u16 brick number per brick cell, [`ABSENT`] where none is stored |
@@ -44,13 +44,14 @@
 //! |---|---|---|
 //! | 1 | 0.1.0 | the first one; its header ends without symmetry and calibration |
 //! | 2 | 0.1.0 | symmetry and calibration behind the header's fields |
+//! | 3 | 0.1.0 | jitter behind them |
 
 use serde::{Deserialize, Serialize};
 
 /// First bytes of a model; the last two catch transfers that treat it as text.
 pub const MAGIC: [u8; 8] = *b"LACUNA\x1a\n";
 /// The format version this build writes; it reads this one and all before it.
-pub const VERSION: u16 = 2;
+pub const VERSION: u16 = 3;
 /// Length of the part before the header.
 pub const PREFIX: usize = 20;
 /// Offset of the checksum.
@@ -150,6 +151,26 @@ pub struct Symmetry {
     pub offset: f32,
     /// How far the shapes' mirror images lie from the shapes, root mean square, voxels.
     pub deviation: f32,
+}
+
+/// How far the training shapes lay from the pose they have in the model, root mean square: given in one frame, they
+/// were drawn to their mean, so that no mode is spent on poses. A scan in that frame differs from the model's pose as
+/// much ([`EXACT`](crate::pose_fit::EXACT)).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Jitter {
+    /// Turn about each axis, radians.
+    pub turn: f32,
+    /// Shift of the middle along each axis, voxels.
+    pub shift: f32,
+    /// Logarithm of the growth.
+    pub growth: f32,
+}
+
+impl Jitter {
+    /// Whether poses can be tied by this: positive numbers, none of them enormous.
+    pub fn is_sound(&self) -> bool {
+        [self.turn, self.shift, self.growth].iter().all(|x| (1e-6..1e4).contains(x))
+    }
 }
 
 /// Constants of the expected error of a completed surface, fitted by the trainer on shapes it held back.

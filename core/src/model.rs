@@ -5,7 +5,7 @@
 use crate::arithmetic::{MAX_EXPONENT, MIN_EXPONENT, Stride};
 use crate::error::{Error, Part};
 use crate::format::{
-    ABSENT, CHECKSUM_AT, Calibration, ENTRY_BYTES, Header, MAGIC, MAX_MODES, MODE_BYTES, PREFIX, ROW_BYTES,
+    ABSENT, CHECKSUM_AT, Calibration, ENTRY_BYTES, Header, Jitter, MAGIC, MAX_MODES, MODE_BYTES, PREFIX, ROW_BYTES,
     Symmetry, UNKNOWN, VERSION, checksum,
 };
 use crate::grid::{Grid, linear, position, product};
@@ -16,7 +16,7 @@ pub const MAX_BRICK_ROWS: usize = 64;
 pub const MAX_BRICK_VOXELS: usize = 512;
 
 /// All a header holds.
-type FullHeader<'a> = (Header<'a>, Option<Symmetry>, Option<Calibration>);
+type FullHeader<'a> = (Header<'a>, Option<Symmetry>, Option<Calibration>, Option<Jitter>);
 
 /// A shape model: mean M and whitened modes b' on a sparse band of voxels.
 #[derive(Clone, Debug)]
@@ -25,6 +25,7 @@ pub struct Model<'a> {
     header: Header<'a>,
     symmetry: Option<Symmetry>,
     calibration: Option<Calibration>,
+    jitter: Option<Jitter>,
     grid: Grid,
     modes: &'a [u8],
     far: &'a [u8],
@@ -110,9 +111,9 @@ impl<'a> Model<'a> {
         }
         let mut rest = file.get(PREFIX..).unwrap_or(&[]);
         let header = take(&mut rest, usize::from(read_u16(prefix, 10)), Part::Header)?;
-        let (header, symmetry, calibration) = read_header(version, header)?;
+        let (header, symmetry, calibration, jitter) = read_header(version, header)?;
         let model = Self::from_parts(header, rest, stored)?;
-        Ok(Self { version, symmetry, calibration, ..model })
+        Ok(Self { version, symmetry, calibration, jitter, ..model })
     }
 
     /// A model of the first version: it is the newest one without what came later.
@@ -123,6 +124,7 @@ impl<'a> Model<'a> {
             version: 1,
             symmetry: None,
             calibration: None,
+            jitter: None,
             modes: take(&mut rest, usize::from(header.modes) * MODE_BYTES, Part::Modes)?,
             far: take(&mut rest, far_nodes * 2, Part::FarField)?,
             map: take(&mut rest, grid.brick_cells() * 2, Part::Map)?,
@@ -156,6 +158,12 @@ impl<'a> Model<'a> {
     /// Constants of the expected error, if the trainer has fitted them.
     pub const fn calibration(&self) -> Option<&Calibration> {
         self.calibration.as_ref()
+    }
+
+    /// How far the training shapes lay from the pose they have in the model, if they were given in one frame and
+    /// drawn to their mean.
+    pub const fn jitter(&self) -> Option<&Jitter> {
+        self.jitter.as_ref()
     }
 
     /// The voxel grid.
@@ -296,19 +304,25 @@ impl<'a> Model<'a> {
     }
 }
 
-/// Header, symmetry and calibration from all bytes of a header.
+/// Everything from all bytes of a header.
 fn read_header(version: u16, bytes: &[u8]) -> Result<FullHeader<'_>, Error> {
     let bad = Error::Inconsistent(Part::Header);
     let (header, mut unread) = postcard::take_from_bytes(bytes).map_err(|_| bad)?;
     let (mut symmetry, mut calibration) = (None, None);
+    let mut jitter = None;
     if version > 1 {
         ((symmetry, calibration), unread) = postcard::take_from_bytes(unread).map_err(|_| bad)?;
     }
-    let sound = symmetry.as_ref().is_none_or(Symmetry::is_sound) && calibration.as_ref().is_none_or(is_sound);
+    if version > 2 {
+        (jitter, unread) = postcard::take_from_bytes(unread).map_err(|_| bad)?;
+    }
+    let sound = symmetry.as_ref().is_none_or(Symmetry::is_sound)
+        && calibration.as_ref().is_none_or(is_sound)
+        && jitter.as_ref().is_none_or(Jitter::is_sound);
     if !unread.is_empty() || !sound {
         return Err(bad);
     }
-    Ok((header, symmetry, calibration))
+    Ok((header, symmetry, calibration, jitter))
 }
 
 /// Whether errors can be computed from these constants.

@@ -14,6 +14,8 @@
 //! Each run of [`PATCH`] points, neighbours if the cloud is in the order of a space-filling curve, is explained by
 //! weights of its own around those of the whole ([`crate::patch`]), which are eliminated at once.
 //!
+//! A tied pose has a prior as the weights have one: σ is how far the training shapes' own poses lay apart.
+//!
 //! Steps are limited to 0.15 rad, 5 % and 8 mm. The rigid iterations use the far field where the band is
 //! not stored. Arithmetic is f32 through libm, sums in a fixed order: the same bits on every processor.
 
@@ -27,6 +29,7 @@ use crate::pose::{Pose, cross, dot, zip};
 use crate::sample;
 use crate::workspace::{Progress, first};
 use core::ops::Range;
+use serde::{Deserialize, Serialize};
 
 /// Points that have weights of their own, taken in one step.
 pub const PATCH: usize = 96;
@@ -53,14 +56,40 @@ pub struct Round {
     /// Whether patches then have weights of their own: a part of a shape tells more of the rest that way; a whole shape
     /// is approximated better without.
     pub own: bool,
+    /// Whether the pose is tied to the one the fit began with, by the model's [`Jitter`](crate::format::Jitter).
+    pub tied: bool,
 }
 
 /// Rigid, with scale, then joint.
 pub const ROUNDS: [Round; 3] = [
-    Round { iterations: 4, misfit: 16.0, growth: false, shape: false, own: false },
-    Round { iterations: 3, misfit: 8.0, growth: true, shape: false, own: false },
-    Round { iterations: 8, misfit: 2.5, growth: true, shape: true, own: true },
+    Round { iterations: 4, misfit: 16.0, growth: false, shape: false, own: false, tied: false },
+    Round { iterations: 3, misfit: 8.0, growth: true, shape: false, own: false, tied: false },
+    Round { iterations: 8, misfit: 2.5, growth: true, shape: true, own: true, tied: false },
 ];
+
+/// Joint only: for a pose that is exact in the frame the training shapes were given in.
+pub const EXACT: [Round; 1] =
+    [Round { iterations: 8, misfit: 2.5, growth: true, shape: true, own: true, tied: true }];
+
+/// How well a pose is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Hint {
+    /// Roughly: it is refined.
+    Rough,
+    /// Exactly, in the frame of the training shapes: held, or tied by the model's jitter.
+    Exact,
+}
+
+impl Hint {
+    /// How a pose known so well is refined: not at all if it is exact and the shapes were trained on as they lay.
+    pub const fn rounds(self, model: &Model<'_>) -> &'static [Round] {
+        match (self, model.jitter()) {
+            (Self::Rough, _) => &ROUNDS,
+            (Self::Exact, Some(_)) => &EXACT,
+            (Self::Exact, None) => &[],
+        }
+    }
+}
 
 /// Memory of a pose fit.
 #[derive(Debug)]
@@ -93,7 +122,7 @@ pub const fn row_len(modes: usize) -> usize {
 }
 
 /// How well the points lie on the model.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Agreement {
     /// Sum of the robust weights w.
@@ -114,6 +143,8 @@ pub struct PoseFit<'a, 'b> {
     rounds: &'a [Round],
     buffers: PoseBuffers<'b>,
     pose: Pose,
+    /// Turn, shift and growth since the beginning.
+    moved: [f32; POSE],
     mean: [f32; 3],
     round: usize,
     iteration: u16,
@@ -164,6 +195,7 @@ impl<'a, 'b> PoseFit<'a, 'b> {
             rounds,
             buffers,
             pose,
+            moved: [0.0; POSE],
             mean,
             round: 0,
             iteration: 0,
@@ -279,13 +311,14 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         let Some((matrix, rest)) = self.buffers.normal.split_at_mut_checked(packed(unknowns)) else { return };
         let Some(vector) = rest.get_mut(..unknowns) else { return };
         let prior = ridge(RIDGE, self.count, self.model);
-        for i in 0..unknowns {
-            let ridge = if i < modes { prior } else { 0.0 };
-            let weight = self.buffers.weights.get(i).copied().filter(|_| i < modes).unwrap_or(0.0);
+        let ties = ties(self.model, round);
+        let shape = self.buffers.weights.iter().take(modes).map(|&weight| (1.0, weight));
+        for (i, (tie, value)) in shape.chain(ties.into_iter().zip(self.moved)).enumerate() {
+            let ridge = prior * tie;
             let fixed = if i + 1 == unknowns && !round.growth { 1e12 * total } else { 0.0 };
-            if let (Some(diagonal), Some(value)) = (matrix.get_mut(packed(i) + i), vector.get_mut(i)) {
+            if let (Some(diagonal), Some(sum)) = (matrix.get_mut(packed(i) + i), vector.get_mut(i)) {
                 *diagonal += ridge + fixed + 1e-6 * total;
-                *value = -(*value + ridge * f64::from(weight));
+                *sum = -(*sum + ridge * f64::from(value));
             }
         }
         solve(matrix, vector);
@@ -298,8 +331,18 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         let omega = limited([a, b, c].map(|v| v as f32), 0.15);
         let shift = limited([x, y, z].map(|v| v as f32), limit);
         let growth = (growth as f32).clamp(-0.05, 0.05);
+        let step = omega.into_iter().chain(shift).chain([growth]);
+        self.moved.iter_mut().zip(step).for_each(|(moved, step)| *moved += step);
         self.pose = self.pose.moved(self.pose.apply(self.mean), omega, growth, shift);
     }
+}
+
+/// How firmly turn, shift and growth are tied to the beginning, each in units of the weights' prior: 1 / σ².
+fn ties(model: &Model<'_>, round: &Round) -> [f64; POSE] {
+    let Some(jitter) = model.jitter().filter(|_| round.tied) else { return [0.0; POSE] };
+    let [turn, shift, growth] =
+        [jitter.turn, jitter.shift, jitter.growth].map(|spread| 1.0 / (f64::from(spread) * f64::from(spread)));
+    [turn, turn, turn, shift, shift, shift, growth]
 }
 
 /// Fills the row of a place `q`, turned about `centre` (voxels): one entry a mode, then seven of the motion. Residual

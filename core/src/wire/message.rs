@@ -11,9 +11,10 @@ use crate::format::Unit;
 use crate::hull::Reach;
 use crate::model::Model;
 use crate::pose::Pose;
-use crate::pose_fit::{ROUNDS, Round};
 use crate::schedule::{self, Schedule};
 use serde::{Deserialize, Serialize};
+
+pub use crate::pose_fit::Hint;
 
 /// The protocol version of this build.
 pub const VERSION: u16 = 1;
@@ -128,16 +129,12 @@ pub struct Begin {
 impl Begin {
     /// What a completion of this scan runs with: on a device, and on a host that wants the same bits.
     pub fn settings(&self, model: &Model<'_>) -> Settings<'static> {
-        let rounds: &[Round] = match self.hint {
-            Hint::Rough => &ROUNDS,
-            Hint::Exact => &[],
-        };
         let stride = model.header().stride;
         let schedule = match self.iterations {
             Iterations::Varying => Schedule { stride, momentum: 0, passes: &schedule::DEFAULT },
             Iterations::Momentum => Schedule { stride, momentum: 179, passes: &schedule::MOMENTUM },
         };
-        Settings { reach: Reach::of(model), rounds, schedule }
+        Settings { reach: Reach::of(model), rounds: self.hint.rounds(model), schedule }
     }
 }
 
@@ -148,15 +145,6 @@ pub struct BeginDepth {
     pub begin: Begin,
     /// How pixels become points.
     pub frame: Frame,
-}
-
-/// How well a pose is known.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Hint {
-    /// Roughly: the device refines it.
-    Rough,
-    /// Exactly: taken as it is.
-    Exact,
 }
 
 /// Iterations of the local fit.
@@ -171,7 +159,7 @@ pub enum Iterations {
 /// Which weights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Vector {
-    /// Estimated with the pose: f32, one a mode; none for an exact pose.
+    /// Estimated with the pose: f32, one a mode; all zero where the pose was held.
     Shape,
     /// Of the global fit: f64, one a mode.
     Global,

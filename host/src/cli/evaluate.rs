@@ -9,7 +9,7 @@ use crate::evaluate::{
 use crate::io;
 use crate::mesh::Mesh;
 use crate::train;
-use crate::train::align::{Align, align};
+use crate::train::align::{Align, Way, align};
 use crate::{report, unit};
 use lacuna::format::Unit;
 use rayon::prelude::*;
@@ -129,8 +129,8 @@ impl Evaluate {
         let shapes = shapes::training_set(&self.train, &training)?;
         let targets = shapes::targets(&self.targets, &shapes.meshes, self.unit)?;
         let mut notes: Vec<String> = shapes.notes.iter().chain(&targets.notes).cloned().collect();
-        let (aligned, moved) = self.aligned(&shapes.meshes)?;
-        if moved || self.align == Align::Never {
+        let (aligned, way) = self.aligned(&shapes.meshes)?;
+        if !matches!(way, Way::Drawn(_)) {
             notes.extend(shapes::strangers(&aligned, &shapes.paths)?);
         }
         let limit = MISSED * train::class_millimetre(&aligned);
@@ -175,11 +175,11 @@ impl Evaluate {
     }
 
     /// The shapes in one pose, and whether they were moved for it.
-    fn aligned(&self, shapes: &[Mesh]) -> Result<(Vec<Mesh>, bool), Failure> {
+    fn aligned(&self, shapes: &[Mesh]) -> Result<(Vec<Mesh>, Way), Failure> {
         let progress = bar(shapes.len() as u64, "aligning");
         let aligned = align(shapes, self.align, 1, &|done, _| progress.set_position(done))?;
         progress.finish_and_clear();
-        Ok((aligned.shapes, aligned.moved))
+        Ok((aligned.shapes, aligned.way))
     }
 
     /// The method with its single switches.

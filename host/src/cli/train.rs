@@ -4,13 +4,13 @@ use super::shapes::{self, Shapes};
 use super::{Common, Failure, bar, inputs, say};
 use crate::io;
 use crate::mesh::Mesh;
-use crate::train::align::{Align, align};
+use crate::train::align::{Align, Way, align};
 use crate::train::calibration::{Trained, train_calibrated};
 use crate::train::held_out::HeldOut;
 use crate::train::{Settings, leave_one_out};
 use crate::unit;
 use lacuna::Model;
-use lacuna::format::{Calibration, Unit};
+use lacuna::format::{Calibration, Jitter, Unit};
 use std::path::{Path, PathBuf};
 
 /// Train a shape model on meshes of one class.
@@ -96,6 +96,8 @@ struct Report {
     class: String,
     shapes: usize,
     aligned: bool,
+    /// How far they lay from their common pose, if they were in one frame and drawn to it.
+    jitter: Option<Scatter>,
     modes: usize,
     voxels: usize,
     spacing: f32,
@@ -107,6 +109,37 @@ struct Report {
     notes: Vec<String>,
     calibration: Option<Calibration>,
     leave_one_out: Option<LeaveOneOut>,
+}
+
+/// Root mean square motion of shapes to their common pose, as people say it.
+#[derive(serde::Serialize)]
+pub(super) struct Scatter {
+    /// Turn about each axis, degrees.
+    pub turn: f32,
+    /// Shift along each axis, in the shapes' unit.
+    pub shift: f32,
+    /// Growth, per cent.
+    pub growth: f32,
+}
+
+impl From<Jitter> for Scatter {
+    fn from(jitter: Jitter) -> Self {
+        Self { turn: jitter.turn.to_degrees(), shift: jitter.shift, growth: 100.0 * jitter.growth }
+    }
+}
+
+impl Report {
+    /// How the shapes came into one pose.
+    fn pose(&self, symbol: &str) -> String {
+        match &self.jitter {
+            Some(Scatter { turn, shift, growth }) => format!(
+                "in one pose already; drawn to their mean: {turn:.1} degrees, {shift:.1} {symbol} and {growth:.1} % of \
+                 size in the root mean square"
+            ),
+            None if self.aligned => "aligned to each other".into(),
+            None => "left as they lie".into(),
+        }
+    }
 }
 
 /// How well the class predicts its own unseen parts; lengths in the meshes' unit.
@@ -133,10 +166,11 @@ impl Train {
             | crate::train::align::Error::NoMatch { number: n, .. } => named(n, error.to_string()),
         })?;
         progress.finish_and_clear();
-        // Without having been moved by the automatic alignment they lie together.
-        if aligned.moved || self.align == Align::Never {
+        // In one pose already they lie together.
+        if !matches!(aligned.way, Way::Drawn(_)) {
             notes.extend(shapes::strangers(&aligned.shapes, &paths)?);
         }
+        let settings = Settings { jitter: aligned.way.jitter(), ..settings };
         let trained = self.train(&aligned.shapes, &settings).map_err(|error| match error {
             crate::train::Error::NoSurface(n) => named(n, error.to_string()),
             other => other.into(),
@@ -145,7 +179,7 @@ impl Train {
         io::atomic::write(&self.output, |file| file.write_all(&trained.file))?;
         let table = self.leave_one_out.then(|| table(&trained, &paths));
         let seconds = start.elapsed().as_secs_f64();
-        self.tell(common, (&model, trained.file.len()), (aligned.moved, notes, seconds), table);
+        self.tell(common, (&model, trained.file.len()), (aligned.way, notes, seconds), table);
         Ok(())
     }
 
@@ -185,7 +219,7 @@ impl Train {
         &self,
         common: &Common,
         (model, bytes): (&Model<'_>, usize),
-        (aligned, notes, seconds): (bool, Vec<String>, f64),
+        (way, notes, seconds): (Way, Vec<String>, f64),
         leave_one_out: Option<LeaveOneOut>,
     ) {
         let header = model.header();
@@ -193,7 +227,8 @@ impl Train {
             output: self.output.display().to_string(),
             class: header.class.into(),
             shapes: header.shapes as usize,
-            aligned,
+            aligned: way == Way::Searched,
+            jitter: way.jitter().map(Scatter::from),
             modes: model.modes(),
             voxels: model.voxels(),
             spacing: header.spacing,
@@ -210,9 +245,9 @@ impl Train {
             return;
         }
         report.notes.iter().for_each(|note| say(&format!("note            {note}")));
-        let pose = if aligned { "aligned to each other" } else { "in one pose already, left as they are" };
-        say(&format!("shapes          {} of class {}, {pose}", report.shapes, report.class));
         let symbol = unit::symbol(header.unit);
+        let pose = report.pose(symbol);
+        say(&format!("shapes          {} of class {}, {pose}", report.shapes, report.class));
         say(&format!(
             "model           {} modes, {} voxels of {} {symbol}",
             report.modes, report.voxels, report.spacing

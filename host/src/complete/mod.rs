@@ -28,7 +28,7 @@ use depth_rows::DepthScan;
 use fuse::Dense;
 use lacuna::cloud::CAPACITY;
 use lacuna::completion::Settings;
-use lacuna::pose_fit::{ROUNDS, Round};
+use lacuna::pose_fit::{self, Round};
 use lacuna::{Arithmetic, Model, Reach, Schedule, Standing};
 use merge::{Limits, MEASURED, Merged};
 use verdict::{Grade, Verdict};
@@ -53,7 +53,7 @@ pub enum Hint {
     None,
     /// Roughly: refined from there.
     Rough(Placed),
-    /// Exactly: taken as it is.
+    /// Exactly, in the frame of the training shapes.
     Exact(Placed),
 }
 
@@ -241,6 +241,8 @@ pub struct Start {
     pub points: OrientedPoints,
     /// Where the scan lies roughly, with the points' centre.
     pub rough: Placed,
+    /// How well that is known.
+    pub hint: pose_fit::Hint,
     /// How the pose is refined.
     pub rounds: &'static [Round],
     /// Inlier share of the next best pose that was tried.
@@ -261,24 +263,24 @@ impl Start {
 /// # Errors
 /// A scan that does not fit the model.
 pub fn start(model: &Model<'_>, scan: &Mesh, options: &Options<'_>) -> Result<Start, Error> {
-    let (hint, rounds, runner_up) = place(model, scan, options)?;
-    let (rough, points) = thinned(scan, &hint);
-    Ok(Start { points, rough, rounds, runner_up, depth: None })
+    let (known, hint, runner_up) = place(model, scan, options)?;
+    let (rough, points) = thinned(scan, &known);
+    Ok(Start { points, rough, hint, rounds: hint.rounds(model), runner_up, depth: None })
 }
 
-/// The pose that is given or found, how it is refined, and the inlier share of the next best.
+/// The pose that is given or found, how well it is known, and the inlier share of the next best.
 fn place(
     model: &Model<'_>,
     scan: &Mesh,
     options: &Options<'_>,
-) -> Result<(Placed, &'static [Round], f64), Error> {
+) -> Result<(Placed, pose_fit::Hint, f64), Error> {
     Ok(match options.hint {
         Hint::None => {
             let found = register::register(model, scan, options.seed)?;
-            (found.placed, &ROUNDS, found.runner_up)
+            (found.placed, pose_fit::Hint::Rough, found.runner_up)
         }
-        Hint::Rough(hint) => (hint, &ROUNDS, 0.0),
-        Hint::Exact(hint) => (hint, &[], 0.0),
+        Hint::Rough(hint) => (hint, pose_fit::Hint::Rough, 0.0),
+        Hint::Exact(hint) => (hint, pose_fit::Hint::Exact, 0.0),
     })
 }
 

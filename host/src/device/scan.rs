@@ -6,7 +6,7 @@ use crate::complete::depth_rows::Depth;
 use crate::fit::{Buffers, Digests, Fit, global_distances};
 use lacuna::cloud::Packed;
 use lacuna::format::{Digest, digest};
-use lacuna::wire::message::{Begin, BeginDepth, Hint, Iterations, MAX_BATCH, MAX_PIXELS, Request};
+use lacuna::wire::message::{Begin, BeginDepth, Iterations, MAX_BATCH, MAX_PIXELS, Request};
 use lacuna::{Error, Fixed, Model, Sizes};
 
 /// A scan to be completed by a device.
@@ -31,7 +31,7 @@ impl Scan {
             points: packed.points.len() as u32,
             step: packed.step,
             pose: start.rough.pose,
-            hint: if start.rounds.is_empty() { Hint::Exact } else { Hint::Rough },
+            hint: start.hint,
             iterations,
         };
         let depth = start.depth.as_ref().map(|scan| scan.image.clone());

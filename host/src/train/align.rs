@@ -1,24 +1,30 @@
 //! Rigid alignment of the training shapes with scale, without correspondences (paper, section 3.1): a coarse
 //! search against the first one, then all of them to their common mean.
+//!
+//! Shapes that are in one pose already skip the search. They are drawn to their mean all the same: as they lie, a part
+//! of the modes would be spent on how they lie, which the pose of a scan says anyway (measured on 30 faces, 1.7 degrees
+//! and 4.5 % of scale apart: stitched scans are completed to 1.28 instead of 1.75 mm, and the model is a quarter smaller).
 
 use super::distance::Surface;
 use super::generalised::{Shape, towards_mean};
+use super::jitter::{jitter, keep_frame};
 use crate::mesh::{Mesh, Point};
 use crate::points::thin;
 use crate::register::field::Field;
 use crate::register::icp::{Outcome, Side, icp};
 use crate::register::search::Search;
+use lacuna::format::Jitter;
 use nalgebra::{Similarity3, Translation3, UnitQuaternion};
 use rayon::prelude::*;
 
 /// Whether the shapes are aligned before training.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Align {
-    /// Only if they are not in one pose already.
+    /// By a search if they are not in one pose already; then, or else, drawn to their mean.
     Auto,
-    /// Always.
+    /// By a search, however they lie.
     Always,
-    /// Never.
+    /// Not at all.
     Never,
 }
 
@@ -28,8 +34,29 @@ pub struct Aligned {
     pub shapes: Vec<Mesh>,
     /// From each given shape to the common frame.
     pub motions: Vec<Similarity3<f64>>,
-    /// Whether anything was moved.
-    pub moved: bool,
+    /// How they were.
+    pub way: Way,
+}
+
+/// How shapes came into one pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Way {
+    /// They were left as they lay.
+    Left,
+    /// They were in one already, and drawn to their mean: so far, in their unit.
+    Drawn(Option<Jitter>),
+    /// By a search.
+    Searched,
+}
+
+impl Way {
+    /// How far shapes in one frame lay from their common pose, if they were moved to it.
+    pub const fn jitter(self) -> Option<Jitter> {
+        match self {
+            Self::Drawn(jitter) => jitter,
+            Self::Left | Self::Searched => None,
+        }
+    }
 }
 
 /// Why shapes cannot be aligned.
@@ -58,7 +85,7 @@ const DRAWS: usize = 1500;
 /// Share of a shape's area that its pose must explain, at least.
 const LEAST: f64 = 0.3;
 
-/// Aligns shapes of one class to the frame of the first.
+/// Aligns shapes of one class: to about the frame of the first, or, if they are in one pose, in their own frame.
 ///
 /// # Errors
 /// A shape without area, or unlike the first one.
@@ -68,21 +95,22 @@ pub fn align(
     seed: u64,
     progress: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<Aligned, Error> {
-    let stay = || Aligned {
-        shapes: shapes.to_vec(),
-        motions: vec![Similarity3::identity(); shapes.len()],
-        moved: false,
-    };
+    let still = vec![Similarity3::identity(); shapes.len()];
     if mode == Align::Never || shapes.len() < 2 {
-        return Ok(stay());
+        return Ok(Aligned { shapes: shapes.to_vec(), motions: still, way: Way::Left });
     }
     let sides = sides(shapes)?;
     let size = |mesh: &Mesh| mesh.bounds().map_or(1.0, |(low, high)| (high - low).max());
     let first_size = size(&shapes[0]);
-    if mode == Align::Auto && sides[1..].par_iter().all(|side| in_one_pose(side, &sides[0], first_size)) {
-        return Ok(stay());
-    }
+    let together =
+        mode == Align::Auto && sides[1..].par_iter().all(|side| in_one_pose(side, &sides[0], first_size));
     let prepared: Vec<Shape> = shapes.par_iter().zip(&sides).map(prepared).collect();
+    if together {
+        let mut motions = still;
+        towards_mean(&prepared, &mut motions);
+        keep_frame(shapes, &mut motions);
+        return Ok(moved(shapes, motions, Way::Drawn));
+    }
     let size = |number: usize| (super::area(&shapes[0]) / super::area(&shapes[number])).sqrt();
     let done = std::sync::atomic::AtomicU64::new(0);
     let mut motions = vec![Similarity3::identity()];
@@ -96,9 +124,17 @@ pub fn align(
         .collect();
     motions.extend(found?);
     towards_mean(&prepared, &mut motions);
-    let moved: Vec<Mesh> =
-        shapes.iter().zip(&motions).map(|(mesh, motion)| transformed(mesh, motion)).collect();
-    Ok(Aligned { shapes: moved, motions, moved: true })
+    Ok(moved(shapes, motions, |_| Way::Searched))
+}
+
+fn moved(
+    shapes: &[Mesh],
+    motions: Vec<Similarity3<f64>>,
+    way: impl FnOnce(Option<Jitter>) -> Way,
+) -> Aligned {
+    let way = way(jitter(shapes, &motions));
+    let moved = shapes.iter().zip(&motions).map(|(mesh, motion)| transformed(mesh, motion)).collect();
+    Aligned { shapes: moved, motions, way }
 }
 
 /// Shapes that do not lie where the first one does, and the share of the points that found a partner.

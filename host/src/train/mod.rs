@@ -7,6 +7,7 @@ pub mod distance;
 pub mod generalised;
 pub mod grid;
 pub mod held_out;
+pub mod jitter;
 pub mod leave_one_out;
 pub mod line_of_sight;
 pub mod model_file;
@@ -20,7 +21,7 @@ pub mod volume;
 use crate::mesh::{Mesh, Point, Vector};
 use distance::Surface;
 use grid::Budget;
-use lacuna::format::{Header, Scales, Unit};
+use lacuna::format::{Header, Jitter, Scales, Unit};
 use model_file::Draft;
 use prepared::Prepared;
 use rayon::prelude::*;
@@ -70,6 +71,8 @@ pub struct Settings {
     pub border_share: f64,
     /// Whether the class is symmetric about a plane, to be found.
     pub symmetric: bool,
+    /// How far the shapes lay from the pose they were drawn to, in their unit, if they were.
+    pub jitter: Option<Jitter>,
     /// Bytes of memory that the volumes may take.
     pub memory: u64,
 }
@@ -83,10 +86,11 @@ impl Default for Settings {
             stride: None,
             unit: Unit::Millimetre,
             band: [1.8, 2.0],
-            spread: 2.05,
+            spread: 2.6,
             distances: Distances::Exact,
             border_share: 0.75,
             symmetric: false,
+            jitter: None,
             memory: u64::MAX,
         }
     }
@@ -322,6 +326,7 @@ impl Plan {
         Ok(model_file::encode(&Draft {
             header,
             symmetry: self.symmetry.map(|plane| plane.in_voxels(&crop.lattice)),
+            jitter: settings.jitter.map(|jitter| Jitter { shift: jitter.shift / h as f32, ..jitter }),
             lattice: crop.lattice,
             voxels: order.iter().map(|&i| moved[i]).collect(),
             mean: order.iter().map(|&i| pca.mean[i]).collect(),

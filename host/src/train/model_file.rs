@@ -4,7 +4,7 @@ use super::volume::Lattice;
 use lacuna::Model;
 use lacuna::arithmetic::{MAX_EXPONENT, MIN_EXPONENT};
 use lacuna::format::{
-    ABSENT, CHECKSUM_AT, Calibration, Header, MAGIC, PREFIX, Symmetry, UNKNOWN, VERSION, checksum,
+    ABSENT, CHECKSUM_AT, Calibration, Header, Jitter, MAGIC, PREFIX, Symmetry, UNKNOWN, VERSION, checksum,
 };
 use std::collections::BTreeMap;
 
@@ -14,6 +14,8 @@ pub struct Draft<'a> {
     pub header: Header<'a>,
     /// The plane the class is symmetric about, if it is known.
     pub symmetry: Option<Symmetry>,
+    /// How far the shapes lay from the pose they have in the model, if that is known.
+    pub jitter: Option<Jitter>,
     /// The grid.
     pub lattice: Lattice,
     /// Places of the stored voxels.
@@ -32,7 +34,7 @@ pub fn encode(draft: &Draft<'_>) -> Vec<u8> {
     let mut header = draft.header.clone();
     header.bricks = bricks.len() as u16;
     header.voxels = draft.voxels.len() as u32;
-    let mut file = head(&header, draft.symmetry.as_ref(), None);
+    let mut file = head(&header, (draft.symmetry.as_ref(), None, draft.jitter.as_ref()));
     write_modes(draft, &mut file);
     for value in &draft.far {
         file.extend(value.map_or(UNKNOWN, distance).to_le_bytes());
@@ -49,12 +51,16 @@ pub fn calibrated(file: &[u8], calibration: &Calibration) -> Result<Vec<u8>, lac
     let model = Model::from_bytes(file)?;
     let length = file.first_chunk::<PREFIX>().map_or(0, |p| usize::from(u16::from_le_bytes([p[10], p[11]])));
     let rest = file.get(PREFIX + length..).unwrap_or(&[]);
-    Ok(sealed([&head(model.header(), model.symmetry(), Some(calibration)), rest].concat()))
+    let parts = (model.symmetry(), Some(calibration), model.jitter());
+    Ok(sealed([&head(model.header(), parts), rest].concat()))
 }
 
+/// What may follow the header.
+type Parts<'a> = (Option<&'a Symmetry>, Option<&'a Calibration>, Option<&'a Jitter>);
+
 /// The first bytes of a file, length and checksum still open.
-fn head(header: &Header<'_>, symmetry: Option<&Symmetry>, calibration: Option<&Calibration>) -> Vec<u8> {
-    let header = postcard::to_allocvec(&(header, symmetry, calibration));
+fn head(header: &Header<'_>, parts: Parts<'_>) -> Vec<u8> {
+    let header = postcard::to_allocvec(&(header, parts));
     let header = header.expect("a header has nothing that cannot be written");
     let mut file = Vec::new();
     file.extend(MAGIC);

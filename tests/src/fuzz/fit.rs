@@ -140,6 +140,7 @@ fn any_rounds(source: &mut Source<'_>) -> Vec<Round> {
             growth: flags & 1 == 1,
             shape: flags & 2 == 2,
             own: flags & 4 == 4,
+            tied: flags & 8 == 8,
         }
     };
     (0..source.below(4)).map(|_| round(source)).collect()

@@ -11,6 +11,7 @@ use crate::fit::Digests;
 use crate::mesh::Mesh;
 use crate::synth::{Head, Kind, ScannerSettings, scan};
 use lacuna::wire::message::{Counters, Iterations};
+use lacuna::pose_fit;
 use lacuna::{Fixed, Model, Schedule, schedule};
 use std::path::PathBuf;
 
@@ -65,7 +66,10 @@ impl Verify {
                 Schedule { stride: model.header().stride, momentum: 0, passes: &schedule::DEFAULT };
             let rough = Options { hint: Hint::None, seed: 1, schedule, finer: 1 };
             let start = start(&model, &mesh, &rough)?;
-            let exact = Start { rounds: &[], points: start.points.clone(), depth: None, ..start };
+            let exact = Start {
+                hint: pose_fit::Hint::Exact,
+                rounds: pose_fit::Hint::Exact.rounds(&model),
+                points: start.points.clone(), depth: None, ..start };
             for (hint, start) in [("rough", &start), ("exact", &exact)] {
                 let report = compare(&mut client, &model, format!("{name}, {hint} pose"), start, schedule)?;
                 if !common.json {
