@@ -255,7 +255,7 @@ impl<'b, A: Arithmetic> Completion<'b, A> {
         }
     }
 
-    /// Weights of the pose fit, standard deviations; zero where the pose was taken as it is.
+    /// Weights of the pose fit, standard deviations; zero where the pose was held.
     pub const fn shape(&self) -> &[f32] {
         self.shape
     }

@@ -5,8 +5,8 @@
 use crate::arithmetic::{MAX_EXPONENT, MIN_EXPONENT, Stride};
 use crate::error::{Error, Part};
 use crate::format::{
-    ABSENT, CHECKSUM_AT, Calibration, ENTRY_BYTES, Header, Jitter, MAGIC, MAX_MODES, MODE_BYTES, PREFIX, ROW_BYTES,
-    Symmetry, UNKNOWN, VERSION, checksum,
+    ABSENT, CHECKSUM_AT, Calibration, ENTRY_BYTES, Header, Jitter, MAGIC, MAX_MODES, MODE_BYTES, PREFIX,
+    ROW_BYTES, Symmetry, UNKNOWN, VERSION, checksum,
 };
 use crate::grid::{Grid, linear, position, product};
 

@@ -340,8 +340,8 @@ impl<'a, 'b> PoseFit<'a, 'b> {
 /// How firmly turn, shift and growth are tied to the beginning, each in units of the weights' prior: 1 / σ².
 fn ties(model: &Model<'_>, round: &Round) -> [f64; POSE] {
     let Some(jitter) = model.jitter().filter(|_| round.tied) else { return [0.0; POSE] };
-    let [turn, shift, growth] =
-        [jitter.turn, jitter.shift, jitter.growth].map(|spread| 1.0 / (f64::from(spread) * f64::from(spread)));
+    let [turn, shift, growth] = [jitter.turn, jitter.shift, jitter.growth]
+        .map(|spread| 1.0 / (f64::from(spread) * f64::from(spread)));
     [turn, turn, turn, shift, shift, shift, growth]
 }
 

@@ -38,7 +38,7 @@ pub struct Complete {
     /// Also write the pure model surface of the global fit
     #[arg(long, value_name = "PLY")]
     global_surface: Option<PathBuf>,
-    /// The exact pose: `identity`, or a JSON file with the 4 x 4 matrix from scan to model
+    /// The exact pose, in the frame of the training shapes: `identity`, or a JSON file with the 4 x 4 matrix from scan to model
     #[arg(long, value_name = "POSE")]
     pose: Option<String>,
     /// A rough pose, refined from there: as for --pose

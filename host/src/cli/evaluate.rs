@@ -52,7 +52,7 @@ pub struct Evaluate {
     /// Unit of the meshes: mm, m, in, um
     #[arg(long, default_value = "mm", value_parser = unit::parse)]
     unit: Unit,
-    /// Whether to align the training shapes first: auto, always, never
+    /// How training shapes come into one pose: auto, always, never (as for train)
     #[arg(long, default_value = "auto", value_parser = align_mode)]
     align: Align,
     /// Pose of the targets: joint (refined with the shape), identity (kept), search (anywhere)
@@ -174,10 +174,13 @@ impl Evaluate {
         )
     }
 
-    /// The shapes in one pose, and whether they were moved for it.
+    /// The shapes in one pose, and how they came into it.
     fn aligned(&self, shapes: &[Mesh]) -> Result<(Vec<Mesh>, Way), Failure> {
         let progress = bar(shapes.len() as u64, "aligning");
-        let aligned = align(shapes, self.align, 1, &|done, _| progress.set_position(done))?;
+        // Targets that stay where they are need a model that knows how shapes lie.
+        let still = self.pose == PoseMode::Identity && self.align == Align::Auto;
+        let mode = if still { Align::Never } else { self.align };
+        let aligned = align(shapes, mode, 1, &|done, _| progress.set_position(done))?;
         progress.finish_and_clear();
         Ok((aligned.shapes, aligned.way))
     }

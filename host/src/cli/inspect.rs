@@ -1,10 +1,10 @@
 //! `lacuna inspect`.
 
-use super::train::expected_error;
+use super::train::{Scatter, expected_error};
 use super::{Common, Failure, inputs, say};
 use crate::sentence::sentence;
 use crate::{io, modes, unit};
-use lacuna::format::{Calibration, Header, Symmetry};
+use lacuna::format::{Calibration, Header, Jitter, Symmetry};
 use lacuna::{Fixed, Model, Schedule, Sizes, schedule};
 use std::path::PathBuf;
 
@@ -46,6 +46,8 @@ struct Report<'a> {
     active_nodes: usize,
     /// The plane the class is symmetric about, in the frame and unit of the training shapes.
     symmetry: Option<Plane>,
+    /// How far the training shapes lay from their pose in the model, if they were drawn to it.
+    jitter: Option<Scatter>,
     hull_front: f32,
     hull_behind: f32,
     deviations: Vec<f32>,
@@ -109,6 +111,9 @@ fn report<'a>(model: &'a Model<'_>, bytes: usize) -> Result<Report<'a>, Failure>
         node_distance: f32::from(h.stride) * h.spacing,
         active_nodes: sizes.weights / modes.max(1),
         symmetry: model.symmetry().map(|plane| in_frame(plane, h)),
+        jitter: model
+            .jitter()
+            .map(|&jitter| Scatter::from(Jitter { shift: jitter.shift * h.spacing, ..jitter })),
         hull_front: h.scales.front * h.spacing,
         hull_behind: h.scales.behind * h.spacing,
         deviations: (0..modes).map(|k| model.deviation(k) * h.spacing).collect(),
@@ -159,6 +164,9 @@ fn tell(r: &Report<'_>) {
             "symmetry        {x:.3} x + {y:.3} y + {z:.3} z = {offset:.1} {}, mirror images lie {deviation:.2} off",
             r.unit
         ));
+    }
+    if let Some(jitter) = r.jitter {
+        say(&format!("poses           shapes were moved by {}", jitter.sentence(r.unit)));
     }
     let kib = |bytes: usize| bytes as f64 / 1024.0;
     say(&format!(

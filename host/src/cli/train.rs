@@ -37,7 +37,7 @@ pub struct Train {
     /// Unit of the meshes: mm, m, in, um
     #[arg(long, default_value = "mm", value_parser = unit::parse)]
     unit: Unit,
-    /// Whether to align the shapes first: auto looks whether they are in one pose already
+    /// How shapes come into one pose: auto searches if they do not lie in one and then draws them to their mean; always; never
     #[arg(long, default_value = "auto", value_parser = align_mode)]
     align: Align,
     /// Seed of the alignment's search
@@ -112,7 +112,7 @@ struct Report {
 }
 
 /// Root mean square motion of shapes to their common pose, as people say it.
-#[derive(serde::Serialize)]
+#[derive(Clone, Copy, serde::Serialize)]
 pub(super) struct Scatter {
     /// Turn about each axis, degrees.
     pub turn: f32,
@@ -128,14 +128,19 @@ impl From<Jitter> for Scatter {
     }
 }
 
+impl Scatter {
+    /// The same as a part of a sentence.
+    pub(super) fn sentence(self, symbol: &str) -> String {
+        let Self { turn, shift, growth } = self;
+        format!("{turn:.1} degrees, {shift:.1} {symbol} and {growth:.1} % of size (rms) from where they lay")
+    }
+}
+
 impl Report {
     /// How the shapes came into one pose.
     fn pose(&self, symbol: &str) -> String {
         match &self.jitter {
-            Some(Scatter { turn, shift, growth }) => format!(
-                "in one pose already; drawn to their mean: {turn:.1} degrees, {shift:.1} {symbol} and {growth:.1} % of \
-                 size in the root mean square"
-            ),
+            Some(jitter) => format!("in one pose already; drawn to their mean: {}", jitter.sentence(symbol)),
             None if self.aligned => "aligned to each other".into(),
             None => "left as they lie".into(),
         }

@@ -74,8 +74,8 @@ fn stepped(
 
 /// The mean scale becomes one.
 fn centre_scales(motions: &mut [Similarity3<f64>]) {
-    let growth = motions.iter().map(|m| m.scaling().ln()).sum::<f64>() / motions.len().max(1) as f64;
-    let back = Similarity3::from_scaling((-growth).exp());
+    let growth = motions.iter().map(|m| libm::log(m.scaling())).sum::<f64>() / motions.len().max(1) as f64;
+    let back = Similarity3::from_scaling(libm::exp(-growth));
     motions.iter_mut().for_each(|motion| *motion = back * *motion);
 }
 

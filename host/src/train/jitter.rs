@@ -13,9 +13,9 @@ pub fn keep_frame(shapes: &[Mesh], motions: &mut [Similarity3<f64>]) {
     let back: Vec<Similarity3<f64>> = motions.iter().map(Similarity3::inverse).collect();
     let turns = back.iter().fold(Matrix3::zeros(), |sum, motion| sum + rotation(motion).matrix());
     let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix(&turns));
-    let growth = back.iter().map(|motion| motion.scaling().ln()).sum::<f64>() / count;
+    let growth = back.iter().map(|motion| libm::log(motion.scaling())).sum::<f64>() / count;
     let target = back.iter().fold(Vector::zeros(), |sum, motion| sum + (motion * centre).coords) / count;
-    let mean = Similarity3::from_parts(Translation3::from(target), turn, growth.exp())
+    let mean = Similarity3::from_parts(Translation3::from(target), turn, libm::exp(growth))
         * Translation3::from(-centre.coords);
     motions.iter_mut().for_each(|motion| *motion = mean * *motion);
 }
@@ -29,7 +29,8 @@ pub fn jitter(shapes: &[Mesh], motions: &[Similarity3<f64>]) -> Option<Jitter> {
         (motion * middle - middle).norm_squared()
     };
     let shift: f64 = shapes.iter().zip(motions).map(shift).sum();
-    let growth: f64 = motions.iter().map(|motion| motion.scaling().ln().powi(2)).sum();
+    let growth: f64 =
+        motions.iter().map(|motion| libm::log(motion.scaling())).map(|growth| growth * growth).sum();
     let jitter = Jitter { turn: mean(turn / 3.0), shift: mean(shift / 3.0), growth: mean(growth) };
     jitter.is_sound().then_some(jitter)
 }

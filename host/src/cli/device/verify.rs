@@ -10,8 +10,8 @@ use crate::device::Scan;
 use crate::fit::Digests;
 use crate::mesh::Mesh;
 use crate::synth::{Head, Kind, ScannerSettings, scan};
-use lacuna::wire::message::{Counters, Iterations};
 use lacuna::pose_fit;
+use lacuna::wire::message::{Counters, Iterations};
 use lacuna::{Fixed, Model, Schedule, schedule};
 use std::path::PathBuf;
 
@@ -69,7 +69,10 @@ impl Verify {
             let exact = Start {
                 hint: pose_fit::Hint::Exact,
                 rounds: pose_fit::Hint::Exact.rounds(&model),
-                points: start.points.clone(), depth: None, ..start };
+                points: start.points.clone(),
+                depth: None,
+                ..start
+            };
             for (hint, start) in [("rough", &start), ("exact", &exact)] {
                 let report = compare(&mut client, &model, format!("{name}, {hint} pose"), start, schedule)?;
                 if !common.json {

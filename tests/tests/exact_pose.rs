@@ -1,0 +1,114 @@
+//! What an exact pose means: the frame the training shapes were given in. Trained on as they lay, it is held; drawn to
+//! their mean, it is tied as firmly as they lay together.
+
+use lacuna::Model;
+use lacuna::format::Jitter;
+use lacuna::pose_fit::{EXACT, Hint, ROUNDS};
+use lacuna_fixtures::VERSIONS;
+use lacuna_host::complete::{self, Options, start};
+use lacuna_host::fit::fit;
+use lacuna_host::mesh::Mesh;
+use lacuna_host::register::Placed;
+use lacuna_host::synth::Head;
+use lacuna_host::train::align::{Align, Way, align};
+use lacuna_host::train::{Settings, train};
+use lacuna_tests::registration::{placed, to_voxels};
+use lacuna_tests::sample::{Sample, heads};
+use lacuna_tests::{default_schedule, model};
+use nalgebra::{Similarity3, Translation3, UnitQuaternion, Vector3};
+
+fn coarse(shapes: &[Mesh], jitter: Option<Jitter>) -> Vec<u8> {
+    train(shapes, &Settings { spacing: Some(7.0), jitter, ..Settings::default() }, &|_, _| ())
+        .expect("a model")
+}
+
+/// The pose of the fit that starts from this one, called exact.
+fn fitted(model: &Model<'_>, sample: &Sample, exact: Placed) -> lacuna::Pose {
+    let schedule = default_schedule(model);
+    let options = Options { hint: complete::Hint::Exact(exact), seed: 1, schedule, finer: 1 };
+    let start = start(model, &sample.scan, &options).expect("a start");
+    let settings = lacuna::completion::Settings {
+        reach: lacuna::Reach::of(model),
+        rounds: Hint::Exact.rounds(model),
+        schedule,
+    };
+    let begun = start.rough.pose;
+    let found = fit::<lacuna::Fixed>(model, &start.packed(), &begun, settings).expect("a fit").outcome.pose;
+    assert_eq!(start.rounds, settings.rounds);
+    lacuna::Pose {
+        translation: std::array::from_fn(|a| found.translation[a] - begun.translation[a]),
+        ..found
+    }
+}
+
+#[test]
+fn an_exact_pose_moves_as_far_as_the_training_shapes_lay_apart() {
+    let shapes: Vec<Mesh> = (0..8).map(|number| Head::sample(1, number).mesh()).collect();
+    let sample = heads(1001..=1001).next().expect("a head");
+    let shift = |jitter: Option<Jitter>| {
+        let bytes = coarse(&shapes, jitter);
+        let model = Model::from_bytes(&bytes).expect("a model");
+        let to_shapes = sample.model_to_scan.try_inverse().expect("a similarity");
+        // Two degrees and 3 mm off, so that there is something to be moved.
+        let off = Similarity3::from_parts(
+            Translation3::new(2.0, -2.0, 1.0),
+            UnitQuaternion::from_scaled_axis(Vector3::new(0.02, -0.025, 0.015)),
+            1.0,
+        );
+        let exact = placed(
+            &(to_voxels(&model, &(off * nalgebra::convert_unchecked::<_, Similarity3<f64>>(to_shapes)))),
+        );
+        let found = fitted(&model, &sample, exact);
+        Vector3::from(found.translation).norm() * model.header().spacing
+    };
+    let held = shift(None);
+    let [firm, loose] =
+        [1e-3, 1e3].map(|j| shift(Some(Jitter { turn: j as f32, shift: j as f32, growth: j as f32 })));
+    println!("held {held}, firm {firm}, loose {loose} mm");
+    assert_eq!(held, 0.0);
+    assert!(firm < 0.05 && loose > 1.0, "firm {firm}, loose {loose} mm");
+}
+
+#[test]
+fn models_say_whether_an_exact_pose_is_held() {
+    assert!(model().jitter().is_some(), "the built-in heads were drawn to their mean");
+    assert_eq!(Hint::Exact.rounds(&model()), EXACT);
+    for old in &VERSIONS[..2] {
+        let model = Model::from_bytes(old.model).expect("a model");
+        assert!(model.jitter().is_none() && Hint::Exact.rounds(&model).is_empty(), "version {}", old.number);
+        assert_eq!(Hint::Rough.rounds(&model), ROUNDS);
+    }
+}
+
+/// However the shapes are scattered, the model is the same: nothing of it is spent on how they lay.
+#[test]
+fn scattered_shapes_come_together_and_keep_their_frame() {
+    let shapes: Vec<Mesh> = (0..6).map(|number| Head::sample(1, number).mesh()).collect();
+    let scattered: Vec<Mesh> =
+        shapes.iter().zip([1.0, -1.0, 0.5, -0.5, 0.8, -0.8]).map(|(s, t)| turned(s, t)).collect();
+    let [still, moved] =
+        [&shapes, &scattered].map(|shapes| align(shapes, Align::Auto, 1, &|_, _| ()).expect("aligned"));
+    let (Way::Drawn(Some(before)), Way::Drawn(Some(after))) = (still.way, moved.way) else {
+        panic!("in one pose")
+    };
+    println!("{before:?} {after:?}");
+    assert!(after.turn > before.turn + 0.01 && after.shift > before.shift + 0.5, "{before:?} {after:?}");
+    for (a, b) in still.shapes.iter().zip(&moved.shapes) {
+        let squares: f64 = a.points.iter().zip(&b.points).map(|(a, b)| (a - b).norm_squared()).sum();
+        let rms = (squares / a.points.len() as f64).sqrt();
+        assert!(rms < 2.0, "{rms} mm apart");
+    }
+    let never = align(&scattered, Align::Never, 1, &|_, _| ()).expect("left");
+    assert_eq!((never.way, never.shapes), (Way::Left, scattered));
+}
+
+/// Turned by up to three degrees about its middle, shifted and grown by up to two per cent.
+fn turned(shape: &Mesh, by: f64) -> Mesh {
+    let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.03, -0.05, 0.02) * by);
+    let motion = Similarity3::from_parts(Translation3::new(2.0 * by, -3.0 * by, by), turn, 1.0 + 0.02 * by);
+    Mesh {
+        points: shape.points.iter().map(|p| motion * p).collect(),
+        normals: shape.normals.iter().map(|n| turn * n).collect(),
+        triangles: shape.triangles.clone(),
+    }
+}
