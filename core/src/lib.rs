@@ -20,6 +20,7 @@ pub mod cells;
 pub mod cholesky;
 pub mod cloud;
 pub mod completion;
+pub mod corner_rows;
 pub mod corners;
 pub mod curvature;
 pub mod curve;

@@ -24,6 +24,7 @@ mod sweep;
 use crate::arithmetic::{Arithmetic, Kernel, Stride};
 use crate::box_filter::{box_sums, dense_len};
 use crate::cells::cells;
+use crate::corner_rows::Row;
 use crate::curvature::cell_curvature;
 use crate::error::{Buffer, Error};
 use crate::field::Field;
@@ -335,8 +336,10 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         let Some(brick) = self.model.brick(index) else { return };
         let Some(residuals) = self.residuals.get(brick.first..) else { return };
         let (kernel, stride, q) = (self.kernel(), self.stride, self.stride.voxels);
-        let Some(scratch) = self.cell.get_mut(self.model.modes()..) else { return };
-        let mut shares = Shares::<A, GROUP>::new(scratch);
+        let modes = self.model.modes();
+        let Some(scratch) = self.cell.get_mut(A::Row::count(modes)..) else { return };
+        let mut shares = Shares::<A, <A::Row as Row<A>>::Group>::new(scratch);
+        let (first, count) = (group * GROUP, modes.saturating_sub(group * GROUP).min(GROUP));
         for cell in cells(&brick, q).filter(|cell| cell.any(&brick, wanted, q)) {
             shares.clear();
             cell.visit(&brick, wanted, q, |at, voxel| {
@@ -344,7 +347,7 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
                 shares.push(voxel, residual, trilinear(at, q), stride);
             });
             let places = self.nodes.corners(&cell).map(|number| number * GROUP);
-            shares.add_to(&brick, group * GROUP, kernel, (self.gradient, places));
+            shares.add_to(&brick, (first, count), kernel, (self.gradient, places));
         }
     }
 

@@ -169,10 +169,10 @@ impl<A: Arithmetic> Default for Workspace<'_, A> {
     }
 }
 
-/// Elements of [`Workspace::cell`]: a row for each mode, and one for each voxel of a cell.
+/// Elements of [`Workspace::cell`]: a row for each mode, in blocks of eight, and one for each voxel of a cell.
 pub(crate) const fn cell_len(modes: usize, stride: u8) -> usize {
     let q = stride as usize;
-    modes + q * q * q
+    modes.next_multiple_of(8) + q * q * q
 }
 
 /// Elements of [`Workspace::gradient`].
