@@ -114,6 +114,32 @@ impl<'b> NodeMap<'b> {
     }
 }
 
+impl NodeMap<'_> {
+    /// Visits the active nodes in runs of neighbours along x: number and position of the first one, length.
+    #[inline]
+    pub fn for_each_run(&self, mut visit: impl FnMut(usize, usize, usize)) {
+        let width = usize::from(self.sides[0]).max(1);
+        let (mut number, mut end) = (0, width);
+        for (block, &[mut bits, _]) in self.words.as_chunks::<2>().0.iter().enumerate() {
+            let mut index = block * 32;
+            while bits != 0 {
+                let skipped = bits.trailing_zeros();
+                bits >>= skipped;
+                index += skipped as usize;
+                while index >= end {
+                    end += width;
+                }
+                let length = (bits.trailing_ones() as usize).min(end - index);
+                visit(number, index, length);
+                // At most 32 bits, so not in one shift.
+                bits = bits >> 1 >> ((length - 1) & 31);
+                index += length;
+                number += length;
+            }
+        }
+    }
+}
+
 fn mark(words: &mut [u32], node: usize) {
     if let Some(bits) = words.get_mut(node / 32 * 2) {
         *bits |= 1 << (node % 32);
