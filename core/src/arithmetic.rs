@@ -30,6 +30,7 @@
 
 use crate::corner_rows::{FixedRow, Row};
 use crate::fixed::{Factor, Multiplier, round_shift, round_shift_wide, saturate};
+use crate::gradient::Factors;
 use crate::hull::Key;
 use core::fmt::Debug;
 
@@ -76,8 +77,8 @@ impl Stride {
 
     /// Share of a voxel's residual with an integer trilinear weight, 16 bits.
     #[inline(always)]
-    pub const fn share(self, residual: i16, factor: i32) -> i32 {
-        round_shift(residual as i32 * factor, self.share_bits)
+    pub const fn share(self, residual: i16, factor: i16) -> i32 {
+        round_shift(residual as i32 * factor as i32, self.share_bits)
     }
 
     /// q³.
@@ -159,7 +160,7 @@ pub trait Arithmetic: Copy {
     fn stored(weight: Self::Weight) -> i16;
     /// The sum of a voxel's modes from those with each corner's weights, its integer trilinear weights and the
     /// brick's least exponent.
-    fn blend(sums: &[Self::Sum; 8], factors: [i32; 8], least: u8, stride: Stride) -> Self::Sum;
+    fn blend(sums: &[Self::Sum; 8], factors: &Factors, least: u8, stride: Stride) -> Self::Sum;
     /// W (M + sum - t), limited to ±8 voxels before the weight; `mean` and `target` in 1/256 voxel.
     fn residual(mean: i16, target: i16, weight: i32, sum: Self::Sum) -> Self::Residual;
     /// M + sum, 1/256 voxel, saturated: the fitted distance of a voxel.
@@ -222,8 +223,8 @@ impl Arithmetic for Fixed {
     }
 
     #[inline(always)]
-    fn blend(sums: &[i32; 8], factors: [i32; 8], least: u8, stride: Stride) -> i32 {
-        let products = sums.iter().zip(factors).map(|(&sum, factor)| i64::from(sum) * i64::from(factor));
+    fn blend(sums: &[i32; 8], factors: &Factors, least: u8, stride: Stride) -> i32 {
+        let products = sums.iter().zip(factors).map(|(&sum, &factor)| i64::from(sum) * i64::from(factor));
         let sum: i64 = products.fold(0, i64::wrapping_add);
         let shift = stride.bits + WEIGHT_BITS + u32::from(least) - DISTANCE_BITS;
         round_shift_wide(sum.wrapping_mul(i64::from(stride.reciprocal)), shift) as i32
@@ -335,8 +336,8 @@ impl Arithmetic for Float {
         Fixed::weight(weight)
     }
 
-    fn blend(sums: &[f64; 8], factors: [i32; 8], least: u8, stride: Stride) -> f64 {
-        let sum: f64 = sums.iter().zip(factors).map(|(sum, factor)| sum * f64::from(factor)).sum();
+    fn blend(sums: &[f64; 8], factors: &Factors, least: u8, stride: Stride) -> f64 {
+        let sum: f64 = sums.iter().zip(factors).map(|(sum, &factor)| sum * f64::from(factor)).sum();
         sum * power(least) / f64::from(stride.cube())
     }
 

@@ -10,7 +10,7 @@
 
 use crate::arithmetic::{Arithmetic, Fixed, Float, Stride};
 use crate::fixed::round_shift;
-use crate::gradient::{CellGradient, GROUP, Straight, Transposed};
+use crate::gradient::{CellGradient, Factors, GROUP, Straight, Transposed};
 use core::fmt::Debug;
 
 /// Modes whose gradients are taken at a time where all are, a multiple of [`GROUP`].
@@ -45,7 +45,7 @@ pub trait Row<A: Arithmetic>: Copy + Default + Debug {
     fn dots(rows: &[Self], values: &[u8]) -> [A::Sum; 8];
 
     /// φ W e of a voxel for the eight corners, from its residual and its integer trilinear weights.
-    fn share(residual: A::Residual, factors: [i32; 8], stride: Stride) -> Self;
+    fn share(residual: A::Residual, factors: &Factors, stride: Stride) -> Self;
 }
 
 /// A row that is whole by itself.
@@ -99,7 +99,7 @@ impl Row<Fixed> for [i32; 4] {
     }
 
     #[inline(always)]
-    fn share(residual: i16, factors: [i32; 8], stride: Stride) -> Self {
+    fn share(residual: i16, factors: &Factors, stride: Stride) -> Self {
         packed(factors.map(|factor| stride.share(residual, factor)))
     }
 }
@@ -172,7 +172,7 @@ impl Row<Fixed> for [i16; 8] {
     }
 
     #[inline(always)]
-    fn share(residual: i16, factors: [i32; 8], stride: Stride) -> Self {
+    fn share(residual: i16, factors: &Factors, stride: Stride) -> Self {
         factors.map(|factor| stride.share(residual, factor) as i16)
     }
 }
@@ -246,7 +246,7 @@ impl Row<Float> for [f64; 8] {
         Self::dots_whole(rows, values)
     }
 
-    fn share(residual: f64, factors: [i32; 8], _: Stride) -> Self {
+    fn share(residual: f64, factors: &Factors, _: Stride) -> Self {
         factors.map(|factor| residual * f64::from(factor))
     }
 }

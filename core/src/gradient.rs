@@ -70,7 +70,7 @@ impl<'c, A: Arithmetic, C: CellGradient<A, Row = A::Row>> Shares<'c, A, C> {
 
     /// Adds a voxel: its number within the brick, its residual and its trilinear weights.
     #[inline]
-    pub fn push(&mut self, voxel: usize, residual: A::Residual, factors: [i32; 8], stride: Stride) {
+    pub fn push(&mut self, voxel: usize, residual: A::Residual, factors: &Factors, stride: Stride) {
         let slots = self.corners.get_mut(self.count).zip(self.voxels.get_mut(self.count));
         if let Some((slot, number)) = slots {
             (*slot, *number) = (A::Row::share(residual, factors, stride), voxel as u16);
@@ -270,10 +270,37 @@ fn keep<const L: usize>(block: &mut [u8; L], values: &[u8], mask: &[u8; L]) {
 
 /// φ q³ of the eight corners for the voxel at `at` within a cell.
 #[inline]
-pub fn trilinear(at: [u8; 3], q: u8) -> [i32; 8] {
-    let q = i32::from(q);
-    let [x, y, z] = at.map(i32::from);
-    let (u, v, w) = (q - x, q - y, q - z);
-    let (a, b, c, d) = (v * w, y * w, v * z, y * z);
-    [u * a, x * a, u * b, x * b, u * c, x * c, u * d, x * d]
+pub fn trilinear([x, y, z]: [u8; 3], q: u8) -> &'static Factors {
+    let [x, y, z, side] = [x, y, z, q].map(usize::from);
+    let factors = TRILINEAR.get(side).and_then(|cell| cell.get((z * side + y) * side + x));
+    factors.unwrap_or(&[0; 8])
+}
+
+/// Integer trilinear weights of the eight corners, which sum to q³.
+pub type Factors = [i16; 8];
+
+/// [`Factors`] of the voxels of a cell, x fastest, for every stride: to look them up takes less than to work them out.
+static TRILINEAR: [[Factors; MOST]; 5] = [cell(0), cell(1), cell(2), cell(3), cell(4)];
+
+const fn cell(q: usize) -> [Factors; MOST] {
+    let mut all = [[0; 8]; MOST];
+    let mut voxel = 0;
+    while voxel < q * q * q {
+        let (x, y, z) = (voxel % q, voxel / q % q, voxel / (q * q));
+        let (u, v, w) = (q - x, q - y, q - z);
+        let [a, b, c, d] = [v * w, y * w, v * z, y * z];
+        let [e, f, g, h] = [[u * a, x * a], [u * b, x * b], [u * c, x * c], [u * d, x * d]];
+        all[voxel] = [
+            e[0] as i16,
+            e[1] as i16,
+            f[0] as i16,
+            f[1] as i16,
+            g[0] as i16,
+            g[1] as i16,
+            h[0] as i16,
+            h[1] as i16,
+        ];
+        voxel += 1;
+    }
+    all
 }
