@@ -29,6 +29,7 @@
 //! - a box of ratios: 64 · (2 r + 1)³ · 2^F ≤ 2³¹ by the choice of F.
 
 use crate::corner_rows::{FixedRow, Row};
+use crate::fitted::Word;
 use crate::fixed::{Factor, Multiplier, round_shift, round_shift_wide, saturate};
 use crate::gradient::Factors;
 use crate::hull::Key;
@@ -142,8 +143,8 @@ pub trait Arithmetic: Copy {
     type Row: Row<Self>;
     /// Residual of a voxel, already times its hull weight; the hull's keys use the same memory before.
     type Residual: Key + Debug;
-    /// Sums of products, node fields and their integral images.
-    type Sum: Copy + Default + Debug;
+    /// Sums of products, node fields and their integral images; the fitted surface uses the same memory before.
+    type Sum: Word + Debug;
     /// One over a node's smoothed curvature.
     type Reciprocal: Copy + Default + Debug;
     /// What a box of ratios of one mode is multiplied by.

@@ -27,6 +27,7 @@ pub mod curve;
 pub mod depth;
 pub mod error;
 pub mod field;
+pub mod fitted;
 pub mod fixed;
 pub mod format;
 pub mod global_fit;

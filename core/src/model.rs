@@ -61,6 +61,12 @@ pub struct BrickRows<'a> {
 }
 
 impl BrickRows<'_> {
+    /// Whether a voxel lies in the brick.
+    #[inline(always)]
+    pub fn covers(&self, voxel: [u16; 3]) -> bool {
+        voxel.iter().zip(self.corner).all(|(v, corner)| v.wrapping_sub(corner) < self.edge)
+    }
+
     /// Number of the first stored voxel from `at` on in its row of the brick, and a bit for each stored one, bit 0 for
     /// `at`.
     #[inline(always)]
