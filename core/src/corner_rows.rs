@@ -139,19 +139,21 @@ impl Row<Fixed> for [i16; 8] {
 
     #[inline(always)]
     fn gather(rows: &mut [Self], nodes: [&[i16]; 8], exponents: &[u8], least: u8) {
-        let scales = Scales::new(exponents, least);
+        // Beyond the last mode nothing is left: a voxel's values are followed by those of the next one.
+        let mut scales = [Scale { most: [15; 8], last: [1; 8] }; 16];
+        scales.iter_mut().zip(exponents.chunks(8)).for_each(|(scale, exponents)| scale.set(exponents, least));
         let blocks = rows.as_chunks_mut::<8>().0;
         for (corner, node) in nodes.into_iter().enumerate() {
             let (whole, rest) = node.as_chunks::<8>();
             let count = whole.len();
-            for ((block, weights), scale) in blocks.iter_mut().zip(whole).zip(&scales.blocks) {
+            for ((block, weights), scale) in blocks.iter_mut().zip(whole).zip(&scales) {
                 if let Some(row) = block.get_mut(corner) {
                     scale.apply(row, weights);
                 }
             }
             // Only at the end of the nodes.
             let row = blocks.get_mut(count).and_then(|block| block.get_mut(corner));
-            if let Some((row, scale)) = row.zip(scales.blocks.get(count)) {
+            if let Some((row, scale)) = row.zip(scales.get(count)) {
                 *row = [0; 8];
                 scale.apply(row, rest);
             }
@@ -177,11 +179,6 @@ impl Row<Fixed> for [i16; 8] {
     }
 }
 
-/// Powers of two for all modes, eight by eight.
-struct Scales {
-    blocks: [Scale; 16],
-}
-
 /// Shifts to the right of eight modes.
 #[derive(Clone, Copy)]
 struct Scale {
@@ -191,24 +188,17 @@ struct Scale {
     last: [u16; 8],
 }
 
-impl Scales {
-    /// 2^(least - E); beyond the last mode what leaves nothing, because a voxel's values are followed by those of the
-    /// next one.
-    #[inline(always)]
-    fn new(exponents: &[u8], least: u8) -> Self {
-        let mut blocks = [Scale { most: [15; 8], last: [1; 8] }; 16];
-        for (block, exponents) in blocks.iter_mut().zip(exponents.chunks(8)) {
-            for ((most, last), &exponent) in block.most.iter_mut().zip(&mut block.last).zip(exponents) {
-                let shift = u16::from(exponent.wrapping_sub(least));
-                *last = shift.min(1);
-                *most = (shift - *last) & 15;
-            }
-        }
-        Self { blocks }
-    }
-}
-
 impl Scale {
+    /// 2^(least - E) of up to eight modes.
+    #[inline(always)]
+    fn set(&mut self, exponents: &[u8], least: u8) {
+        for ((most, last), &exponent) in self.most.iter_mut().zip(&mut self.last).zip(exponents) {
+            let shift = u16::from(exponent.wrapping_sub(least));
+            *last = shift.min(1);
+            *most = (shift - *last) & 15;
+        }
+    }
+
     /// Weights / 2^shift, rounded half up; rounding them after the shift needs no 17th bit.
     #[inline(always)]
     fn apply(&self, row: &mut [i16; 8], weights: &[i16]) {

@@ -57,24 +57,33 @@ impl<'m, 'b, W: Word> Fitted<'m, 'b, W> {
     /// Distance and gradient at `at` (voxels); `None` unless all eight voxels around it are stored.
     pub fn sample(&mut self, at: [f32; 3]) -> Option<(f32, [f32; 3])> {
         let place = Place::new(at, 1)?;
-        let mut rows = None;
-        let mut values = [0.0; 8];
-        for (corner, value) in values.iter_mut().enumerate() {
-            let at = place.position(corner);
-            *value = self.distance(at, self.number(&mut rows, at)?);
+        let [x, ..] = place.corner;
+        let (mut near_rows, mut far_rows, mut values) = (None, None, [0.0; 8]);
+        // Two corners along x are a pair, mostly two voxels side by side.
+        for (pair, values) in values.as_chunks_mut::<2>().0.iter_mut().enumerate() {
+            let [near, far] = [0, 1].map(|c| place.position(2 * pair + c));
+            let (number, stored) = self.row(&mut near_rows, near)?;
+            let second = match near_rows {
+                Some(rows) if rows.spans(x + 1) => (number + 1, stored >> 1),
+                _ => self.row(&mut far_rows, far)?,
+            };
+            if stored & second.1 & 1 == 0 {
+                return None;
+            }
+            *values = [self.distance(near, number), self.distance(far, second.0)];
         }
         Some(place.interpolate(&values))
     }
 
-    /// Number of a stored voxel; mostly it lies in the same brick as the one before.
-    #[inline]
-    fn number(&self, rows: &mut Option<BrickRows<'m>>, at: [u16; 3]) -> Option<usize> {
-        let found = match rows {
-            Some(rows) if rows.covers(at) => *rows,
-            _ => *rows.insert(self.model.rows_at(at)?),
+    /// Number of the first stored voxel from `at` on in its row, and a bit for each; mostly it lies in the same brick as
+    /// the one before.
+    #[inline(always)]
+    fn row(&self, rows: &mut Option<BrickRows<'m>>, at: [u16; 3]) -> Option<(usize, u8)> {
+        let rows = match rows {
+            Some(rows) if rows.covers(at) => rows,
+            _ => rows.insert(self.model.rows_at(at)?),
         };
-        let (number, stored) = found.from(at)?;
-        (stored & 1 != 0).then_some(number)
+        rows.from(at)
     }
 
     #[inline]

@@ -63,8 +63,16 @@ pub struct BrickRows<'a> {
 impl BrickRows<'_> {
     /// Whether a voxel lies in the brick.
     #[inline(always)]
-    pub fn covers(&self, voxel: [u16; 3]) -> bool {
-        voxel.iter().zip(self.corner).all(|(v, corner)| v.wrapping_sub(corner) < self.edge)
+    pub fn covers(&self, [x, y, z]: [u16; 3]) -> bool {
+        let [_, up, back] = self.corner;
+        self.spans(x) && y.wrapping_sub(up) < self.edge && z.wrapping_sub(back) < self.edge
+    }
+
+    /// Whether voxels at `x` can lie in the brick.
+    #[inline(always)]
+    pub const fn spans(&self, x: u16) -> bool {
+        let [left, ..] = self.corner;
+        x.wrapping_sub(left) < self.edge
     }
 
     /// Number of the first stored voxel from `at` on in its row of the brick, and a bit for each stored one, bit 0 for
