@@ -90,7 +90,7 @@ impl<'m, A: Arithmetic> LocalFit<'m, '_, A> {
         };
         for (sums, number) in gradient.chunks_exact_mut(modes).zip(nodes) {
             // Most nodes lie beyond the hull's reach; only momentum moves those.
-            if momentum == 0 && sums.chunks(4).all(A::is_zero) {
+            if momentum == 0 && A::is_zero(sums) {
                 continue;
             }
             let reciprocal = self.reciprocals.get(number).copied().unwrap_or_default();
