@@ -100,6 +100,8 @@ pub struct LocalFit<'m, 'b, A: Arithmetic> {
     iteration: usize,
     stage: Stage,
     done: u32,
+    /// Steps in all.
+    total: u32,
 }
 
 impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
@@ -143,7 +145,9 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
             pass: 0,
             iteration: 0,
             done: 0,
+            total: 0,
         };
+        fit.total = fit.steps(usize::from(model.header().bricks));
         fit.start(start);
         Ok(fit)
     }
@@ -202,7 +206,7 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
             }
         };
         self.done = self.done.saturating_add(1);
-        Some(Progress { done: self.done, total: self.total(bricks) })
+        Some(Progress { done: self.done, total: self.total })
     }
 
     /// What the next step does; `None` when there is none.
@@ -222,7 +226,8 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         while self.step().is_some() {}
     }
 
-    fn total(&self, bricks: usize) -> u32 {
+    /// Steps of all passes.
+    fn steps(&self, bricks: usize) -> u32 {
         let layers = usize::from(self.layers());
         let cells = usize::from(self.model.grid().brick().checked_div(self.stride.voxels).unwrap_or(0));
         let sweep = bricks * cells + 2 * layers + 1;
@@ -272,6 +277,11 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         self.schedule.passes.get(self.pass).map_or(modes, |pass| pass.moving(modes))
     }
 
+    /// Whether the pass under way has a kernel of several nodes, many voxels wide.
+    fn is_wide(&self) -> bool {
+        self.stride.voxels > 1 && self.kernel().radius > 0
+    }
+
     fn kernel(&self) -> Kernel {
         Kernel::new(self.schedule.passes.get(self.pass).map_or(0, |pass| pass.radius), self.stride)
     }
@@ -286,7 +296,8 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         if self.pass == 0 {
             self.rows.mark(index, &brick, &self.hull);
         }
-        let Some(wanted) = self.rows.of(index) else { return };
+        let mut masks = [0; MAX_BRICK_ROWS];
+        let Some(wanted) = self.rows.thinned(index, brick.corner, self.is_wide(), &mut masks) else { return };
         let q = self.stride.voxels;
         for cell in cells(&brick, q).filter(|cell| cell.any(&brick, wanted, q)) {
             let corners = cell_curvature::<A>(&brick, &cell, wanted, &self.hull, &self.gains, self.stride);
@@ -313,8 +324,9 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
 
     #[inline(never)]
     fn add_residuals(&mut self, index: usize) {
-        let Some(wanted) = self.rows.of(index) else { return };
         let Some(brick) = self.model.brick(index) else { return };
+        let mut masks = [0; MAX_BRICK_ROWS];
+        let Some(wanted) = self.rows.thinned(index, brick.corner, self.is_wide(), &mut masks) else { return };
         let Some(residuals) = self.residuals.get_mut(brick.first..) else { return };
         let (hull, stride) = (self.hull, self.stride);
         let field =
@@ -332,8 +344,9 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         if index == 0 {
             self.gradient.fill(A::Sum::default());
         }
-        let Some(wanted) = self.rows.of(index) else { return };
         let Some(brick) = self.model.brick(index) else { return };
+        let mut masks = [0; MAX_BRICK_ROWS];
+        let Some(wanted) = self.rows.thinned(index, brick.corner, self.is_wide(), &mut masks) else { return };
         let Some(residuals) = self.residuals.get(brick.first..) else { return };
         let (kernel, stride, q) = (self.kernel(), self.stride, self.stride.voxels);
         let modes = self.model.modes();
