@@ -51,8 +51,8 @@ pub fn box_sums<A: Arithmetic>(
     });
 }
 
-/// Fills `dense` with the field's integral image over y and z: entry (x, y, z) is the sum of all entries at x up to and
-/// including y and z.
+/// Fills `dense` with the field's integral image: entry (x, y, z) is the sum of all entries up to and including x, y
+/// and z.
 #[inline(never)]
 fn integrate<A: Arithmetic>(
     nodes: &NodeMap<'_>,
@@ -61,17 +61,48 @@ fn integrate<A: Arithmetic>(
     dense: &mut [A::Sum],
 ) {
     let [width, height, _] = nodes.sides().map(usize::from);
-    dense.fill(A::Sum::default());
-    nodes.for_each_run(|number, index, length| {
-        let Some(places) = dense.get_mut(index..index + length) else { return };
-        let Some(values) = field.get(number..number + length) else { return };
-        for (place, lanes) in places.iter_mut().zip(values) {
-            *place = lanes.get(lane).copied().unwrap_or_default();
-        }
-    });
+    sum_rows::<A>(nodes, field, lane, dense);
     let area = (width * height).max(1);
     dense.chunks_exact_mut(area).for_each(|plane| add_before::<A>(plane, width));
     add_before::<A>(dense, area);
+}
+
+/// Sums along x: nodes that are not active repeat the sum before them.
+#[inline(always)]
+fn sum_rows<A: Arithmetic>(
+    nodes: &NodeMap<'_>,
+    field: &[[A::Sum; GROUP]],
+    lane: usize,
+    dense: &mut [A::Sum],
+) {
+    let width = usize::from(nodes.sides()[0]).max(1);
+    let (mut filled, mut end, mut sum) = (0, width, A::Sum::default());
+    nodes.for_each_run(|number, index, length| {
+        if index >= end {
+            fill(dense, filled..end, sum);
+            (filled, sum) = (end, A::Sum::default());
+            while index >= end {
+                end += width;
+            }
+        }
+        fill(dense, filled..index, sum);
+        filled = index + length;
+        let Some(places) = dense.get_mut(index..filled) else { return };
+        let Some(values) = field.get(number..number + length) else { return };
+        for (place, lanes) in places.iter_mut().zip(values) {
+            sum = A::add(sum, lanes.get(lane).copied().unwrap_or_default());
+            *place = sum;
+        }
+    });
+    fill(dense, filled..end, sum);
+    fill(dense, end..dense.len(), A::Sum::default());
+}
+
+#[inline(always)]
+fn fill<T: Copy>(elements: &mut [T], range: core::ops::Range<usize>, value: T) {
+    if let Some(elements) = elements.get_mut(range) {
+        elements.fill(value);
+    }
 }
 
 /// Adds to every element the one `distance` before it, from the beginning on.
@@ -107,12 +138,11 @@ fn prepare_line<A: Arithmetic>(
     let rows = at(y1, z1).iter().zip(at(y0, z1)).zip(at(y1, z0)).zip(at(y0, z0));
     let Some((front, rest)) = line.split_at_mut_checked(radius + 1) else { return };
     front.fill(A::Sum::default());
-    let mut last = A::Sum::default();
     for (value, (((&a, &b), &c), &d)) in rest.iter_mut().zip(rows) {
-        last = A::add(last, A::subtract(A::subtract(a, b), A::subtract(c, d)));
-        *value = last;
+        *value = A::subtract(A::subtract(a, b), A::subtract(c, d));
     }
-    if let Some(behind) = rest.get_mut(width..) {
+    if let Some((sums, behind)) = rest.split_at_mut_checked(width) {
+        let last = sums.last().copied().unwrap_or_default();
         behind.iter_mut().take(radius).for_each(|value| *value = last);
     }
 }
