@@ -139,23 +139,19 @@ impl Row<Fixed> for [i16; 8] {
 
     #[inline(always)]
     fn gather(rows: &mut [Self], nodes: [&[i16]; 8], exponents: &[u8], least: u8) {
-        // Beyond the last mode nothing is left: a voxel's values are followed by those of the next one.
-        let mut scales = [Scale { most: [15; 8], last: [1; 8] }; 16];
-        scales.iter_mut().zip(exponents.chunks(8)).for_each(|(scale, exponents)| scale.set(exponents, least));
-        let blocks = rows.as_chunks_mut::<8>().0;
-        for (corner, node) in nodes.into_iter().enumerate() {
-            let (whole, rest) = node.as_chunks::<8>();
-            let count = whole.len();
-            for ((block, weights), scale) in blocks.iter_mut().zip(whole).zip(&scales) {
-                if let Some(row) = block.get_mut(corner) {
-                    scale.apply(row, weights);
+        let nodes = nodes.map(|node| node.as_chunks::<8>());
+        let blocks = rows.as_chunks_mut::<8>().0.iter_mut().zip(exponents.chunks(8));
+        for (index, (block, exponents)) in blocks.enumerate() {
+            let scale = Scale::new(exponents, least);
+            for (row, (whole, rest)) in block.iter_mut().zip(&nodes) {
+                match whole.get(index) {
+                    Some(weights) => scale.apply(row, weights),
+                    // Only at the end of the nodes.
+                    None => {
+                        *row = [0; 8];
+                        scale.apply(row, rest);
+                    }
                 }
-            }
-            // Only at the end of the nodes.
-            let row = blocks.get_mut(count).and_then(|block| block.get_mut(corner));
-            if let Some((row, scale)) = row.zip(scales.get(count)) {
-                *row = [0; 8];
-                scale.apply(row, rest);
             }
         }
     }
@@ -189,14 +185,17 @@ struct Scale {
 }
 
 impl Scale {
-    /// 2^(least - E) of up to eight modes.
+    /// 2^(least - E) of up to eight modes; beyond the last one nothing is left, because a voxel's values are followed by
+    /// those of the next one.
     #[inline(always)]
-    fn set(&mut self, exponents: &[u8], least: u8) {
-        for ((most, last), &exponent) in self.most.iter_mut().zip(&mut self.last).zip(exponents) {
+    fn new(exponents: &[u8], least: u8) -> Self {
+        let mut scale = Self { most: [15; 8], last: [1; 8] };
+        for ((most, last), &exponent) in scale.most.iter_mut().zip(&mut scale.last).zip(exponents) {
             let shift = u16::from(exponent.wrapping_sub(least));
             *last = shift.min(1);
             *most = (shift - *last) & 15;
         }
+        scale
     }
 
     /// Weights / 2^shift, rounded half up; rounding them after the shift needs no 17th bit.

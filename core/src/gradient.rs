@@ -7,9 +7,13 @@
 use crate::arithmetic::{Arithmetic, Fixed, Kernel, Stride};
 use crate::corner_rows::{Row, Whole};
 use crate::model::Brick;
+use core::marker::PhantomData;
 
 /// Modes whose gradients are held at a time.
 pub const GROUP: usize = 5;
+
+/// Sums behind the last node that are added to, zeros only.
+pub const MARGIN: usize = 16;
 
 /// Most voxels of a cell: the stride is 4 at most.
 const MOST: usize = 64;
@@ -46,7 +50,8 @@ pub trait CellGradient<A: Arithmetic> {
     /// Most modes at a time.
     const MODES: usize;
 
-    /// Adds Σ φ W e b' to the sums of the eight nodes, which begin at the given places of the gradient.
+    /// Adds Σ φ W e b' to the sums of the eight nodes, which begin at the given places of the gradient; it has
+    /// [`MARGIN`] sums behind the last node.
     fn add(
         &mut self,
         shares: &[Self::Row],
@@ -100,13 +105,12 @@ pub struct Transposed<A: Arithmetic, R, const G: usize> {
     lanes: [[u8; MOST]; G],
     /// Σ φ W e b' of the modes for each corner.
     sums: [[A::Sum; 8]; G],
-    row: core::marker::PhantomData<R>,
+    row: PhantomData<R>,
 }
 
 impl<A: Arithmetic, R: Whole<A>, const G: usize> CellGradient<A> for Transposed<A, R, G> {
     type Row = R;
-    const EMPTY: Self =
-        Self { lanes: [[0; MOST]; G], sums: [[A::ZERO; 8]; G], row: core::marker::PhantomData };
+    const EMPTY: Self = Self { lanes: [[0; MOST]; G], sums: [[A::ZERO; 8]; G], row: PhantomData };
     const MODES: usize = G;
 
     #[inline(never)]
@@ -204,20 +208,13 @@ impl<const L: usize, const N: usize> CellGradient<Fixed> for Straight<L, N> {
             for (corner, place) in places.into_iter().enumerate() {
                 let mut sums = self.sums(shares, corner, block, halves);
                 sums.iter_mut().zip(shifts).for_each(|(sum, &shift)| *sum >>= shift & 31);
-                let Some(slots) = gradient.get_mut(place + block * L..) else { break };
-                match slots.first_chunk_mut::<L>() {
-                    Some(slots) => add(slots, &sums),
-                    // Only at the end of the nodes.
-                    None => add(slots, &sums),
-                }
+                let slots =
+                    gradient.get_mut(place + block * L..).and_then(|slots| slots.first_chunk_mut::<L>());
+                let Some(slots) = slots else { return };
+                slots.iter_mut().zip(sums).for_each(|(slot, sum)| *slot = slot.wrapping_add(sum));
             }
         }
     }
-}
-
-#[inline(always)]
-fn add<const L: usize>(slots: &mut [i32], sums: &[i32; L]) {
-    slots.iter_mut().zip(sums).for_each(|(slot, &sum)| *slot = slot.wrapping_add(sum));
 }
 
 impl<const L: usize, const N: usize> Straight<L, N> {

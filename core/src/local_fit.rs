@@ -72,6 +72,11 @@ enum Stage {
     Done,
 }
 
+/// Takes gradients of a group of modes.
+type Group<A> = <<A as Arithmetic>::Row as Row<A>>::Group;
+/// Takes gradients of many modes at a time.
+type Many<A> = <<A as Arithmetic>::Row as Row<A>>::Many;
+
 /// A local fit under way.
 #[derive(Debug)]
 pub struct LocalFit<'m, 'b, A: Arithmetic> {
@@ -351,7 +356,7 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         let (kernel, stride, q) = (self.kernel(), self.stride, self.stride.voxels);
         let modes = self.model.modes();
         let Some(scratch) = self.cell.get_mut(A::Row::count(modes)..) else { return };
-        let mut shares = Shares::<A, <A::Row as Row<A>>::Group>::new(scratch);
+        let mut shares = Shares::<A, Group<A>>::new(scratch);
         let (first, count) = (group * GROUP, modes.saturating_sub(group * GROUP).min(GROUP));
         for cell in cells(&brick, q).filter(|cell| cell.any(&brick, wanted, q)) {
             shares.clear();

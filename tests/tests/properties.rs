@@ -3,7 +3,7 @@
 use lacuna::arithmetic::{Kernel, Stride};
 use lacuna::box_filter::{box_sums, dense_len};
 use lacuna::corner_rows::Row;
-use lacuna::gradient::{CellGradient, GROUP, Taken, trilinear};
+use lacuna::gradient::{CellGradient, GROUP, MARGIN, Taken, trilinear};
 use lacuna::grid::position;
 use lacuna::hull::{Hull, Target};
 use lacuna::nodes::{NodeMap, map_len};
@@ -59,10 +59,11 @@ fn cell_gradient<R: Row<Fixed>>(taken: Taken<'_>, residuals: &[i16], places: [us
             R::share(residual, trilinear(at, 3), stride)
         })
         .collect();
-    let mut gradient = vec![0; 8 * model().modes()];
+    let mut gradient = vec![0; 8 * model().modes() + MARGIN];
     let kernel = Kernel::new(1, stride);
-    R::Group::EMPTY.add(&shares, taken, kernel, (&mut gradient, places));
-    R::Many::EMPTY.add(&shares, taken, kernel, (&mut gradient, places));
+    let (mut group, mut many) = (R::Group::EMPTY, R::Many::EMPTY);
+    group.add(&shares, taken, kernel, (&mut gradient, places));
+    many.add(&shares, taken, kernel, (&mut gradient, places));
     gradient
 }
 

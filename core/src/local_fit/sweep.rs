@@ -4,16 +4,13 @@
 //! soon as the cells on both sides of it are done. Those cells are the only ones that read it, so the result is that
 //! of one step for all nodes at once. Two layers of nodes share the gradient's memory by turns.
 
-use super::{LocalFit, Stage, move_node};
+use super::{LocalFit, Many, Stage, move_node};
 use crate::arithmetic::Arithmetic;
 use crate::cells::cells_of_layer;
 use crate::corner_rows::Row;
 use crate::field::Field;
 use crate::gradient::{CellGradient, Shares, trilinear};
 use crate::model::Brick;
-
-/// Takes gradients of many modes at a time.
-type Many<A> = <<A as Arithmetic>::Row as Row<A>>::Many;
 
 impl<'m, A: Arithmetic> LocalFit<'m, '_, A> {
     /// One brick of a sweep, if it lies in the layer; then what comes next.
