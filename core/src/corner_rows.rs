@@ -171,7 +171,11 @@ impl Row<Fixed> for [i16; 8] {
 
     #[inline(always)]
     fn share(residual: i16, factors: &Factors, stride: Stride) -> Self {
-        factors.map(|factor| stride.share(residual, factor) as i16)
+        let mut row = [0; 8];
+        for (slot, &factor) in row.iter_mut().zip(factors) {
+            *slot = stride.short_share(residual, factor);
+        }
+        row
     }
 }
 
