@@ -163,10 +163,7 @@ impl Row<Fixed> for [i16; 8] {
         if whole.len() >= blocks.len() {
             return dots_of_blocks(blocks, whole);
         }
-        // Only at the end of a brick.
-        let mut padded = [0; 128];
-        padded.iter_mut().zip(values).for_each(|(slot, &value)| *slot = value);
-        dots_of_blocks(blocks, padded.as_chunks::<8>().0)
+        dots_at_the_end(blocks, values)
     }
 
     #[inline(always)]
@@ -211,6 +208,14 @@ impl Scale {
             *slot = (doubled >> (last & 1)) + (doubled & last as i16);
         }
     }
+}
+
+/// The same for the last voxel of a brick, whose values end before a block does.
+#[inline(never)]
+fn dots_at_the_end(blocks: &[[[i16; 8]; 8]], values: &[u8]) -> [i32; 8] {
+    let mut padded = [0; 128];
+    padded.iter_mut().zip(values).for_each(|(slot, &value)| *slot = value);
+    dots_of_blocks(blocks, padded.as_chunks::<8>().0)
 }
 
 /// The sums of the eight corners over blocks of eight modes.

@@ -62,7 +62,12 @@ impl<'b> NodeMap<'b> {
     /// Active nodes in the layers before layer `z`.
     pub fn before(&self, z: u16) -> usize {
         let [x, y, _] = self.sides;
-        let index = product([x, y, z]);
+        self.before_node(product([x, y, z]))
+    }
+
+    /// Active nodes before the node at `index` of the grid.
+    #[inline]
+    fn before_node(&self, index: usize) -> usize {
         match self.words.get(index / 32 * 2..).and_then(|words| words.first_chunk()) {
             Some([bits, before]) => {
                 *before as usize + (bits & ((1 << (index % 32)) - 1)).count_ones() as usize
@@ -94,8 +99,9 @@ impl<'b> NodeMap<'b> {
     /// second of each pair along x follows the first.
     #[inline]
     pub fn corners(&self, cell: &Cell) -> [usize; 8] {
-        let pair = |c: u16| self.number(cell.corner_node(c)).unwrap_or(0);
-        let [a, b, c, d] = [pair(0), pair(2), pair(4), pair(6)];
+        let [width, height, _] = self.sides.map(usize::from);
+        let (first, area) = (linear(cell.node, self.sides), width * height);
+        let [a, b, c, d] = [0, width, area, area + width].map(|offset| self.before_node(first + offset));
         [a, a + 1, b, b + 1, c, c + 1, d, d + 1]
     }
 
