@@ -17,8 +17,7 @@
 //! width and volume. Trilinear weights are integers that sum to q³; gradients keep this factor, and the one
 //! division by it is folded into the last step.
 //!
-//! Weights and shares fit 16 bits, two of them to a word: a cell's eight corners are four words, and one product
-//! of halves each is what the processors with DSP instructions do in one.
+//! Weights and shares fit 16 bits, so that processors take two of them or eight at a time ([`crate::corner_rows`]).
 //!
 //! Bounds, with stride q ≤ 4, K ≤ 127 modes, exponents ≥ 5 (a basis value is below 4 voxels per σ) and
 //! q (2 r + 1) ≤ 31:
@@ -29,7 +28,10 @@
 //! - a box of node curvatures: 65535 · 31³ < 2³¹;
 //! - a box of ratios: 64 · (2 r + 1)³ · 2^F ≤ 2³¹ by the choice of F.
 
+use crate::corner_rows::{FixedRow, Row};
+use crate::fitted::Word;
 use crate::fixed::{Factor, Multiplier, round_shift, round_shift_wide, saturate};
+use crate::gradient::Factors;
 use crate::hull::Key;
 use core::fmt::Debug;
 
@@ -74,6 +76,23 @@ impl Stride {
         Some(Self { voxels, reciprocal, bits, share_bits })
     }
 
+    /// Share of a voxel's residual with an integer trilinear weight, 16 bits.
+    #[inline(always)]
+    pub const fn share(self, residual: i16, factor: i16) -> i32 {
+        round_shift(residual as i32 * factor as i32, self.share_bits)
+    }
+
+    /// [`Stride::share`] in numbers of 16 bits alone, for vectors of eight.
+    #[inline(always)]
+    pub const fn short_share(self, residual: i16, factor: i16) -> i16 {
+        let shift = self.share_bits as u16 & 15;
+        let rounds = (shift != 0) as u16;
+        let low = residual.wrapping_mul(factor) as u16;
+        let high = ((residual as i32 * factor as i32) >> 16) as i16;
+        let whole = ((high << 1) << (15 - shift)) | (low >> shift) as i16;
+        whole.wrapping_add(((low >> (shift - rounds)) & rounds) as i16)
+    }
+
     /// q³.
     const fn cube(self) -> u32 {
         let q = self.voxels as u32;
@@ -110,6 +129,12 @@ impl Kernel {
         let gradient_bits = least(26 - bits(volume * cube * cube), most);
         Self { radius, volume, cube, share_bits, ratio_bits, gradient_bits }
     }
+
+    /// Bits by which a cell's gradient of a mode with this exponent is shifted to node units.
+    #[inline(always)]
+    pub const fn node_shift(self, exponent: u8) -> u32 {
+        exponent as u32 + DISTANCE_BITS - self.gradient_bits - self.share_bits
+    }
 }
 
 /// The least n with 2^n >= x.
@@ -126,15 +151,18 @@ pub trait Arithmetic: Copy {
     /// Weight of a mode at a node.
     type Weight: Copy + Default + Debug;
     /// Numbers of the eight corners of a cell: weights of a mode, or shares of a voxel.
-    type Row: Copy + Default + Debug;
+    type Row: Row<Self>;
     /// Residual of a voxel, already times its hull weight; the hull's keys use the same memory before.
     type Residual: Key + Debug;
-    /// Sums of products, node fields and their integral images.
-    type Sum: Copy + Default + Debug;
+    /// Sums of products, node fields and their integral images; the fitted surface uses the same memory before.
+    type Sum: Word + Debug;
     /// One over a node's smoothed curvature.
     type Reciprocal: Copy + Default + Debug;
     /// What a box of ratios of one mode is multiplied by.
     type Gain: Copy + Default + Debug;
+
+    /// The sum of nothing.
+    const ZERO: Self::Sum;
 
     /// A weight from a global one in standard deviations, limited to ±16.
     fn weight(sigma: f64) -> Self::Weight;
@@ -142,15 +170,9 @@ pub trait Arithmetic: Copy {
     fn sigma(weight: Self::Weight) -> f64;
     /// A weight as the fixed-point fit keeps it, for digests.
     fn stored(weight: Self::Weight) -> i16;
-    /// V 2^-shift of a mode at the eight corners.
-    fn corner_row(weights: [Self::Weight; 8], shift: u8) -> Self::Row;
-    /// φ W e of a voxel for the eight corners, from its residual and its integer trilinear weights.
-    fn share_row(residual: Self::Residual, factors: [i32; 8], stride: Stride) -> Self::Row;
-    /// sums + basis · row.
-    fn accumulate(sums: &mut [Self::Sum; 8], basis: i8, row: &Self::Row);
     /// The sum of a voxel's modes from those with each corner's weights, its integer trilinear weights and the
     /// brick's least exponent.
-    fn blend(sums: &[Self::Sum; 8], factors: [i32; 8], least: u8, stride: Stride) -> Self::Sum;
+    fn blend(sums: &[Self::Sum; 8], factors: &Factors, least: u8, stride: Stride) -> Self::Sum;
     /// W (M + sum - t), limited to ±8 voxels before the weight; `mean` and `target` in 1/256 voxel.
     fn residual(mean: i16, target: i16, weight: i32, sum: Self::Sum) -> Self::Residual;
     /// M + sum, 1/256 voxel, saturated: the fitted distance of a voxel.
@@ -189,11 +211,13 @@ pub struct Fixed;
 
 impl Arithmetic for Fixed {
     type Weight = i16;
-    type Row = [i32; 4];
+    type Row = FixedRow;
     type Residual = i16;
     type Sum = i32;
     type Reciprocal = Factor;
     type Gain = Multiplier;
+
+    const ZERO: i32 = 0;
 
     fn weight(sigma: f64) -> i16 {
         // `as` saturates and takes NaN to 0; floor is libm's on every chip.
@@ -211,28 +235,8 @@ impl Arithmetic for Fixed {
     }
 
     #[inline(always)]
-    fn corner_row(weights: [i16; 8], shift: u8) -> [i32; 4] {
-        packed(weights.map(|weight| round_shift(i32::from(weight), u32::from(shift))))
-    }
-
-    #[inline(always)]
-    fn share_row(residual: i16, factors: [i32; 8], stride: Stride) -> [i32; 4] {
-        packed(factors.map(|factor| round_shift(i32::from(residual) * factor, stride.share_bits)))
-    }
-
-    #[inline(always)]
-    fn accumulate(sums: &mut [i32; 8], basis: i8, row: &[i32; 4]) {
-        let basis = i32::from(basis);
-        let (low, high) = sums.split_at_mut(4);
-        for ((low, high), &pair) in low.iter_mut().zip(high).zip(row) {
-            *low = low.wrapping_add(((pair << 16) >> 16).wrapping_mul(basis));
-            *high = high.wrapping_add((pair >> 16).wrapping_mul(basis));
-        }
-    }
-
-    #[inline(always)]
-    fn blend(sums: &[i32; 8], factors: [i32; 8], least: u8, stride: Stride) -> i32 {
-        let products = sums.iter().zip(factors).map(|(&sum, factor)| i64::from(sum) * i64::from(factor));
+    fn blend(sums: &[i32; 8], factors: &Factors, least: u8, stride: Stride) -> i32 {
+        let products = sums.iter().zip(factors).map(|(&sum, &factor)| i64::from(sum) * i64::from(factor));
         let sum: i64 = products.fold(0, i64::wrapping_add);
         let shift = stride.bits + WEIGHT_BITS + u32::from(least) - DISTANCE_BITS;
         round_shift_wide(sum.wrapping_mul(i64::from(stride.reciprocal)), shift) as i32
@@ -252,7 +256,7 @@ impl Arithmetic for Fixed {
 
     #[inline(always)]
     fn to_node(sum: i32, exponent: u8, kernel: Kernel) -> i32 {
-        round_shift(sum, u32::from(exponent) + DISTANCE_BITS - kernel.gradient_bits - kernel.share_bits)
+        round_shift(sum, kernel.node_shift(exponent))
     }
 
     #[inline(always)]
@@ -310,12 +314,6 @@ impl Arithmetic for Fixed {
     }
 }
 
-/// Eight numbers of 16 bits in four words, the last four in the upper halves.
-#[inline(always)]
-fn packed([a, b, c, d, e, f, g, h]: [i32; 8]) -> [i32; 4] {
-    [(a, e), (b, f), (c, g), (d, h)].map(|(low, high)| (low & 0xffff) | (high << 16))
-}
-
 /// Double precision through the very same loops: what separates it from [`Fixed`] is rounding alone.
 #[derive(Clone, Copy, Debug)]
 pub struct Float;
@@ -336,6 +334,8 @@ impl Arithmetic for Float {
     type Reciprocal = f64;
     type Gain = f64;
 
+    const ZERO: f64 = 0.0;
+
     fn weight(sigma: f64) -> f64 {
         if sigma.is_nan() { 0.0 } else { sigma.clamp(-16.0, 16.0) }
     }
@@ -348,20 +348,8 @@ impl Arithmetic for Float {
         Fixed::weight(weight)
     }
 
-    fn corner_row(weights: [f64; 8], shift: u8) -> [f64; 8] {
-        weights.map(|weight| weight * power(shift))
-    }
-
-    fn share_row(residual: f64, factors: [i32; 8], _: Stride) -> [f64; 8] {
-        factors.map(|factor| residual * f64::from(factor))
-    }
-
-    fn accumulate(sums: &mut [f64; 8], basis: i8, row: &[f64; 8]) {
-        sums.iter_mut().zip(row).for_each(|(sum, value)| *sum += f64::from(basis) * value);
-    }
-
-    fn blend(sums: &[f64; 8], factors: [i32; 8], least: u8, stride: Stride) -> f64 {
-        let sum: f64 = sums.iter().zip(factors).map(|(sum, factor)| sum * f64::from(factor)).sum();
+    fn blend(sums: &[f64; 8], factors: &Factors, least: u8, stride: Stride) -> f64 {
+        let sum: f64 = sums.iter().zip(factors).map(|(sum, &factor)| sum * f64::from(factor)).sum();
         sum * power(least) / f64::from(stride.cube())
     }
 
@@ -459,12 +447,15 @@ mod tests {
     }
 
     #[test]
-    fn rows_of_pairs_multiply_like_single_numbers() {
-        let weights = [-32767, 32767, -1, 1, 12_345, -20_000, 0, 7];
-        for basis in [-128i8, -1, 0, 5, 127] {
-            let mut sums = [1; 8];
-            Fixed::accumulate(&mut sums, basis, &Fixed::corner_row(weights, 0));
-            assert_eq!(sums, weights.map(|w| 1 + i32::from(w) * i32::from(basis)));
+    fn shares_in_sixteen_bits_are_the_same() {
+        for voxels in 1..=4u8 {
+            let (stride, most) = (Stride::new(voxels).unwrap(), i16::from(voxels).pow(3));
+            for residual in (-2047..=2047).step_by(7) {
+                let same = |factor: i16| {
+                    i32::from(stride.short_share(residual, factor)) == stride.share(residual, factor)
+                };
+                assert!((0..=most).all(same), "{voxels}: {residual}");
+            }
         }
     }
 

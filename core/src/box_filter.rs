@@ -30,64 +30,94 @@ pub fn box_sums<A: Arithmetic>(
     let Some((dense, lines)) = dense.split_at_mut_checked(product(sides)) else { return };
     let Some((zeros, line)) = lines.split_at_mut_checked(width) else { return };
     zeros.fill(A::Sum::default());
-    integrate::<A>(nodes, field, lane, dense, zeros);
+    integrate::<A>(nodes, field, lane, dense);
+    let reach = 2 * usize::from(radius) + 1;
     let mut end = 0;
-    nodes.for_each(|number, index| {
+    nodes.for_each_run(|number, index, length| {
         if index >= end {
             let row = index.checked_div(width).unwrap_or(0);
             end = (row + 1) * width;
             prepare_line::<A>(dense, zeros, line, sides, row, usize::from(radius));
         }
         let x = index + width - end;
-        let high = line.get(x + 2 * usize::from(radius) + 1).copied().unwrap_or_default();
-        let low = line.get(x).copied().unwrap_or_default();
-        if let Some(value) = field.get_mut(number).and_then(|lanes| lanes.get_mut(lane)) {
-            *value = A::subtract(high, low);
+        let Some(low) = line.get(x..x + length + reach) else { return };
+        let Some(high) = low.get(reach..) else { return };
+        let Some(values) = field.get_mut(number..number + length) else { return };
+        for ((lanes, &high), &low) in values.iter_mut().zip(high).zip(low) {
+            if let Some(value) = lanes.get_mut(lane) {
+                *value = A::subtract(high, low);
+            }
         }
     });
 }
 
-/// Fills `dense` with the field's integral image, x fastest: entry (x, y, z) is the sum of all entries up to and
-/// including x, y and z.
+/// Fills `dense` with the field's integral image: entry (x, y, z) is the sum of all entries up to and including x, y
+/// and z.
 #[inline(never)]
 fn integrate<A: Arithmetic>(
     nodes: &NodeMap<'_>,
     field: &[[A::Sum; GROUP]],
     lane: usize,
     dense: &mut [A::Sum],
-    zeros: &[A::Sum],
 ) {
     let [width, height, _] = nodes.sides().map(usize::from);
-    dense.fill(A::Sum::default());
-    nodes.for_each(|number, index| {
-        let value = field.get(number).and_then(|lanes| lanes.get(lane)).copied().unwrap_or_default();
-        if let Some(place) = dense.get_mut(index) {
-            *place = value;
+    sum_rows::<A>(nodes, field, lane, dense);
+    let area = (width * height).max(1);
+    dense.chunks_exact_mut(area).for_each(|plane| add_before::<A>(plane, width));
+    add_before::<A>(dense, area);
+}
+
+/// Sums along x: nodes that are not active repeat the sum before them.
+#[inline(always)]
+fn sum_rows<A: Arithmetic>(
+    nodes: &NodeMap<'_>,
+    field: &[[A::Sum; GROUP]],
+    lane: usize,
+    dense: &mut [A::Sum],
+) {
+    let width = usize::from(nodes.sides()[0]).max(1);
+    let (mut filled, mut end, mut sum) = (0, width, A::Sum::default());
+    nodes.for_each_run(|number, index, length| {
+        if index >= end {
+            fill(dense, filled..end, sum);
+            (filled, sum) = (end, A::Sum::default());
+            while index >= end {
+                end += width;
+            }
+        }
+        fill(dense, filled..index, sum);
+        filled = index + length;
+        let Some(places) = dense.get_mut(index..filled) else { return };
+        let Some(values) = field.get(number..number + length) else { return };
+        for (place, lanes) in places.iter_mut().zip(values) {
+            sum = A::add(sum, lanes.get(lane).copied().unwrap_or_default());
+            *place = sum;
         }
     });
-    let area = (width * height).max(1);
-    for plane in dense.chunks_exact_mut(area) {
-        let mut above = zeros;
-        for row in plane.chunks_exact_mut(width.max(1)) {
-            let mut sum = A::Sum::default();
-            for (place, &above) in row.iter_mut().zip(above) {
-                sum = A::add(sum, *place);
-                *place = A::add(sum, above);
-            }
-            above = row;
-        }
+    fill(dense, filled..end, sum);
+    fill(dense, end..dense.len(), A::Sum::default());
+}
+
+#[inline(always)]
+fn fill<T: Copy>(elements: &mut [T], range: core::ops::Range<usize>, value: T) {
+    if let Some(elements) = elements.get_mut(range) {
+        elements.fill(value);
     }
-    let mut rest = dense;
-    while let Some((plane, next)) = rest.split_at_mut_checked(area) {
-        for (place, &behind) in next.iter_mut().zip(plane.iter()) {
-            *place = A::add(*place, behind);
+}
+
+/// Adds to every element the one `distance` before it, from the beginning on.
+fn add_before<A: Arithmetic>(elements: &mut [A::Sum], distance: usize) {
+    let mut rest = elements;
+    while let Some((before, next)) = rest.split_at_mut_checked(distance) {
+        for (place, &before) in next.iter_mut().zip(before.iter()) {
+            *place = A::add(*place, before);
         }
         rest = next;
     }
 }
 
-/// The box sums over y and z of a row, still summed along x: entry x + radius + 1 belongs to node x, zeros lie before
-/// and the last sum behind.
+/// The box sums over y and z of a row, summed along x: entry x + radius + 1 belongs to node x, zeros lie before and the
+/// last sum behind.
 fn prepare_line<A: Arithmetic>(
     integral: &[A::Sum],
     zeros: &[A::Sum],
@@ -108,12 +138,11 @@ fn prepare_line<A: Arithmetic>(
     let rows = at(y1, z1).iter().zip(at(y0, z1)).zip(at(y1, z0)).zip(at(y0, z0));
     let Some((front, rest)) = line.split_at_mut_checked(radius + 1) else { return };
     front.fill(A::Sum::default());
-    let mut last = A::Sum::default();
     for (value, (((&a, &b), &c), &d)) in rest.iter_mut().zip(rows) {
-        last = A::subtract(A::subtract(a, b), A::subtract(c, d));
-        *value = last;
+        *value = A::subtract(A::subtract(a, b), A::subtract(c, d));
     }
-    if let Some(behind) = rest.get_mut(width..) {
+    if let Some((sums, behind)) = rest.split_at_mut_checked(width) {
+        let last = sums.last().copied().unwrap_or_default();
         behind.iter_mut().take(radius).for_each(|value| *value = last);
     }
 }

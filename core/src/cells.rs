@@ -1,6 +1,6 @@
 //! The cells of a brick: cubes of q³ voxels between eight nodes, walked row by row.
 
-use crate::model::Brick;
+use crate::model::{Brick, ones};
 use crate::nodes::cell_mask;
 
 /// A cell within a brick.
@@ -99,12 +99,12 @@ impl Piece {
     /// Offset from the cell's face and number within the brick of each wanted voxel.
     #[inline]
     pub fn voxels(self) -> impl Iterator<Item = (u8, usize)> {
-        // Set bits of 0..8; a cell is at most four voxels wide.
-        const BITS: [u8; 8] = [0, 1, 1, 2, 1, 2, 2, 3];
-        let Self { mask, stored, first } = self;
-        (0..4u8).filter(move |x| mask >> x & 1 != 0).map(move |x| {
-            let before = BITS.get(usize::from(stored & ((1 << x) - 1) & 7)).copied().unwrap_or(0);
-            (x, first + usize::from(before))
+        let Self { mask: mut left, stored, first } = self;
+        core::iter::from_fn(move || {
+            let x = left.trailing_zeros() as u8;
+            let lowest = left & left.wrapping_neg();
+            left ^= lowest;
+            (lowest != 0).then(|| (x, first + ones(stored & lowest.wrapping_sub(1))))
         })
     }
 }

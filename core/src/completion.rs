@@ -6,6 +6,7 @@
 use crate::arithmetic::Arithmetic;
 use crate::cloud::Cloud;
 use crate::error::Error;
+use crate::fitted::Fitted;
 use crate::format::digest;
 use crate::global_fit::GlobalFit;
 use crate::hull::{Hull, HullBuilder, Reach};
@@ -286,10 +287,11 @@ impl<'b, A: Arithmetic> Completion<'b, A> {
         }
         let (pose, known) = (self.outcome.pose, !self.settings.rounds.is_empty());
         let symmetry = self.model.symmetry();
+        let mut surface = Fitted::new(self.model, self.shape, self.workspace.gradient);
         for index in *next..(*next + CHUNK).min(self.cloud.len()) {
             let Some((point, normal)) = self.cloud.point(index) else { continue };
             let (point, normal) = (pose.apply(point), pose.rotate(normal));
-            let place = Standing::of(self.model, point, normal, self.shape);
+            let place = Standing::from_sample(self.model, surface.sample(point), normal);
             self.outcome.inliers += u32::from(place == Standing::Inlier);
             if known && place == Standing::Clutter {
                 self.outcome.clutter += 1;
@@ -333,6 +335,7 @@ impl<'b, A: Arithmetic> Completion<'b, A> {
             [[a, b], [c, d]]
         });
         self.outcome.digests.pose = digest(halves);
+        self.workspace.gradient.fill(A::ZERO);
         let (targets, keys) =
             (core::mem::take(&mut self.targets), core::mem::take(&mut self.workspace.residuals));
         self.work = match HullBuilder::new(self.model, self.settings.reach, targets, keys) {

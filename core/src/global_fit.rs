@@ -89,7 +89,8 @@ impl<'m, 'b> GlobalFit<'m, 'b> {
 
     fn add_brick(&mut self, brick: &Brick<'_>) {
         self.block.fill(0);
-        let (mut any, mut waiting) = (false, None);
+        let none = Equation { basis: &[], weight: 0, residual: 0 };
+        let (mut any, mut waiting, mut count) = (false, [none; TOGETHER], 0);
         for voxel in 0..brick.voxels() {
             let target = self.hull.target(brick.first + voxel);
             if target.weight() == 0 {
@@ -97,18 +98,23 @@ impl<'m, 'b> GlobalFit<'m, 'b> {
             }
             let residual = i32::from(target.distance()) - i32::from(brick.mean(voxel));
             let residual = residual.clamp(-RESIDUAL_LIMIT, RESIDUAL_LIMIT);
-            let equation = Equation { basis: brick.basis(voxel), weight: target.weight(), residual };
-            any = true;
-            waiting = match waiting {
-                None => Some(equation),
-                Some(before) => {
-                    add_pair(self.block, &before, &equation);
-                    None
-                }
-            };
+            if let Some(slot) = waiting.get_mut(count) {
+                *slot = Equation { basis: brick.basis(voxel), weight: target.weight(), residual };
+            }
+            (any, count) = (true, count + 1);
+            if count == TOGETHER {
+                add_equations(self.block, &waiting);
+                count = 0;
+            }
         }
-        if let Some(last) = waiting {
-            add_pair(self.block, &last, &Equation { weight: 0, ..last });
+        if count > 0 {
+            // Those that are there once more count nothing.
+            waiting.iter_mut().skip(count).for_each(|equation| equation.weight = 0);
+            let [first, ..] = waiting;
+            for equation in waiting.iter_mut().filter(|equation| equation.basis.is_empty()) {
+                equation.basis = first.basis;
+            }
+            add_equations(self.block, &waiting);
         }
         if any {
             fold(self.normal, self.block, brick.exponents());
@@ -140,27 +146,40 @@ struct Equation<'a> {
     residual: i32,
 }
 
-/// Adds W b bᵀ and W b (t - M) of two voxels, so that each sum is loaded and stored once for both: at most
+/// Voxels that are added together.
+const TOGETHER: usize = 4;
+
+/// Adds W b bᵀ and W b (t - M) of four voxels, so that each sum is loaded and stored once for all: at most
 /// 512 · 16 · 127 · 2047 < 2³¹ in a brick.
 #[inline(never)]
-fn add_pair(block: &mut [i32], first: &Equation<'_>, second: &Equation<'_>) {
-    let signed = |b: u8| i32::from(b as i8);
-    let add = |sum: &mut i32, [p, q]: [i32; 2], [a, b]: [i32; 2]| {
-        *sum = sum.wrapping_add(p.wrapping_mul(a)).wrapping_add(q.wrapping_mul(b));
-    };
+fn add_equations(block: &mut [i32], equations: &[Equation<'_>; TOGETHER]) {
+    let [a, b, c, d] = equations.map(|equation| equation.basis);
     let mut rest = block;
-    for (i, (&a, &b)) in first.basis.iter().zip(second.basis).enumerate() {
+    let rows = a.iter().zip(b).zip(c).zip(d).enumerate();
+    for (i, (((&p, &q), &r), &s)) in rows {
         let Some((row, tail)) = rest.split_at_mut_checked(i + 1) else { return };
-        let scaled = [signed(a) * first.weight, signed(b) * second.weight];
-        for ((sum, &a), &b) in row.iter_mut().zip(first.basis).zip(second.basis) {
-            add(sum, scaled, [signed(a), signed(b)]);
-        }
+        let [w, x, y, z] = equations.map(|equation| equation.weight);
+        add_row(row, [signed(p) * w, signed(q) * x, signed(r) * y, signed(s) * z], [a, b, c, d]);
         rest = tail;
     }
-    let scaled = [first.weight * first.residual, second.weight * second.residual];
-    for ((sum, &a), &b) in rest.iter_mut().zip(first.basis).zip(second.basis) {
-        add(sum, scaled, [signed(a), signed(b)]);
+    add_row(rest, equations.map(|equation| equation.weight * equation.residual), [a, b, c, d]);
+}
+
+/// Adds the sums of four factors with basis values.
+#[inline(always)]
+fn add_row(row: &mut [i32], [w, x, y, z]: [i32; TOGETHER], [a, b, c, d]: [&[u8]; TOGETHER]) {
+    for ((((sum, &a), &b), &c), &d) in row.iter_mut().zip(a).zip(b).zip(c).zip(d) {
+        let (front, back) = (
+            w.wrapping_mul(signed(a)).wrapping_add(x.wrapping_mul(signed(b))),
+            y.wrapping_mul(signed(c)).wrapping_add(z.wrapping_mul(signed(d))),
+        );
+        *sum = sum.wrapping_add(front.wrapping_add(back));
     }
+}
+
+#[inline(always)]
+fn signed(basis: u8) -> i32 {
+    i32::from(basis as i8)
 }
 
 /// FULL_WEIGHT is 2 to this power.

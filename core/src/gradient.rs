@@ -1,36 +1,70 @@
 //! The gradient of a cell, Σ φ W e b' for its eight corners.
 //!
 //! A cell holds few voxels of the hull, so φ W e is worked out once for each of them and corner; then every mode
-//! costs one product a voxel and corner, with the eight sums in registers.
+//! costs one product a voxel and corner, with the sums in registers: those of a mode for the eight corners
+//! ([`Transposed`]), or those of eight or sixteen modes for one corner ([`Straight`]).
 
-use crate::arithmetic::{Arithmetic, Kernel, Stride};
-use crate::field::dots;
+use crate::arithmetic::{Arithmetic, Fixed, Kernel, Stride};
+use crate::corner_rows::{Row, Whole};
 use crate::model::Brick;
+use core::marker::PhantomData;
 
 /// Modes whose gradients are held at a time.
 pub const GROUP: usize = 5;
 
+/// Sums behind the last node that are added to, zeros only.
+pub const MARGIN: usize = 16;
+
 /// Most voxels of a cell: the stride is 4 at most.
 const MOST: usize = 64;
 
-/// What the voxels of a cell in the hull contribute, to `G` modes at a time.
-pub struct Shares<'c, A: Arithmetic, const G: usize> {
+/// What the voxels of a cell in the hull contribute.
+pub struct Shares<'c, A: Arithmetic, C> {
     /// φ W e for each corner; a voxel after the other.
     corners: &'c mut [A::Row],
     /// Numbers within the brick.
     voxels: [u16; MOST],
     count: usize,
-    /// Basis values of the modes, the voxels of a mode side by side.
-    lanes: [[u8; MOST]; G],
-    /// Σ φ W e b' of the modes for each corner.
-    sums: [[A::Sum; 8]; G],
+    cell: C,
 }
 
-impl<'c, A: Arithmetic, const G: usize> Shares<'c, A, G> {
+/// Which modes of which voxels a cell's gradient is taken of.
+#[derive(Clone, Copy, Debug)]
+pub struct Taken<'a> {
+    /// The brick.
+    pub brick: &'a Brick<'a>,
+    /// Numbers of the voxels within it.
+    pub voxels: &'a [u16],
+    /// First mode.
+    pub first: usize,
+    /// Modes.
+    pub count: usize,
+}
+
+/// A way to the gradients of a cell, with the memory that it needs.
+pub trait CellGradient<A: Arithmetic> {
+    /// Shares of a voxel.
+    type Row;
+    /// Nothing taken.
+    const EMPTY: Self;
+    /// Most modes at a time.
+    const MODES: usize;
+
+    /// Adds Σ φ W e b' to the sums of the eight nodes, which begin at the given places of the gradient; it has
+    /// [`MARGIN`] sums behind the last node.
+    fn add(
+        &mut self,
+        shares: &[Self::Row],
+        taken: Taken<'_>,
+        kernel: Kernel,
+        target: (&mut [A::Sum], [usize; 8]),
+    );
+}
+
+impl<'c, A: Arithmetic, C: CellGradient<A, Row = A::Row>> Shares<'c, A, C> {
     /// No voxel yet; `scratch` has q³ rows.
     pub fn new(scratch: &'c mut [A::Row]) -> Self {
-        let sums = [[A::Sum::default(); 8]; G];
-        Self { corners: scratch, voxels: [0; MOST], count: 0, lanes: [[0; MOST]; G], sums }
+        Self { corners: scratch, voxels: [0; MOST], count: 0, cell: C::EMPTY }
     }
 
     /// Forgets the voxels, for the next cell.
@@ -41,56 +75,85 @@ impl<'c, A: Arithmetic, const G: usize> Shares<'c, A, G> {
 
     /// Adds a voxel: its number within the brick, its residual and its trilinear weights.
     #[inline]
-    pub fn push(&mut self, voxel: usize, residual: A::Residual, factors: [i32; 8], stride: Stride) {
+    pub fn push(&mut self, voxel: usize, residual: A::Residual, factors: &Factors, stride: Stride) {
         let slots = self.corners.get_mut(self.count).zip(self.voxels.get_mut(self.count));
         if let Some((slot, number)) = slots {
-            (*slot, *number) = (A::share_row(residual, factors, stride), voxel as u16);
+            (*slot, *number) = (A::Row::share(residual, factors, stride), voxel as u16);
             self.count += 1;
         }
     }
 
-    /// Adds Σ φ W e b' of the modes from `first` on to the sums of the eight nodes, which begin at `places`.
-    #[inline(never)]
+    /// Adds Σ φ W e b' of `count` modes from `first` on to the sums of the eight nodes, which begin at `places`.
+    #[inline]
     pub fn add_to(
         &mut self,
         brick: &Brick<'_>,
-        first: usize,
+        (first, count): (usize, usize),
+        kernel: Kernel,
+        target: (&mut [A::Sum], [usize; 8]),
+    ) {
+        let shares = self.corners.get(..self.count).unwrap_or(&[]);
+        let voxels = self.voxels.get(..self.count).unwrap_or(&[]);
+        self.cell.add(shares, Taken { brick, voxels, first, count }, kernel, target);
+    }
+}
+
+/// Mode by mode, the eight sums of a mode in registers.
+#[derive(Debug)]
+pub struct Transposed<A: Arithmetic, R, const G: usize> {
+    /// Basis values of the modes, the voxels of a mode side by side.
+    lanes: [[u8; MOST]; G],
+    /// Σ φ W e b' of the modes for each corner.
+    sums: [[A::Sum; 8]; G],
+    row: PhantomData<R>,
+}
+
+impl<A: Arithmetic, R: Whole<A>, const G: usize> CellGradient<A> for Transposed<A, R, G> {
+    type Row = R;
+    const EMPTY: Self = Self { lanes: [[0; MOST]; G], sums: [[A::ZERO; 8]; G], row: PhantomData };
+    const MODES: usize = G;
+
+    #[inline(never)]
+    fn add(
+        &mut self,
+        shares: &[R],
+        taken: Taken<'_>,
         kernel: Kernel,
         (gradient, places): (&mut [A::Sum], [usize; 8]),
     ) {
-        self.transpose(brick, first);
-        let shares = self.corners.get(..self.count).unwrap_or(&[]);
-        let exponents = brick.exponents().get(first..).unwrap_or(&[]);
+        self.transpose(taken);
+        let count = taken.count.min(G);
+        let exponents = taken.brick.exponents().get(taken.first..).unwrap_or(&[]);
         for (sums, (lane, &exponent)) in self.sums.iter_mut().zip(self.lanes.iter().zip(exponents)) {
-            *sums = dots::<A>(lane, shares);
+            *sums = R::dots(shares, lane);
             for sum in sums {
                 *sum = A::to_node(*sum, exponent, kernel);
             }
         }
-        let modes = exponents.len().min(G);
         for (corner, place) in places.into_iter().enumerate() {
             let slots =
-                gradient.get_mut(place..).and_then(|slots| slots.get_mut(..modes)).unwrap_or_default();
+                gradient.get_mut(place..).and_then(|slots| slots.get_mut(..count)).unwrap_or_default();
             add_column::<A>(slots, &self.sums, corner);
         }
     }
+}
 
-    /// Reads the basis values of the modes from `first` on.
+impl<A: Arithmetic, R, const G: usize> Transposed<A, R, G> {
+    /// Reads the basis values.
     #[inline]
-    fn transpose(&mut self, brick: &Brick<'_>, first: usize) {
+    fn transpose(&mut self, Taken { brick, voxels, first, .. }: Taken<'_>) {
         let modes = brick.exponents().len();
         let from = brick.basis_from(0).get(first..).unwrap_or(&[]);
-        let Self { voxels, lanes, count, .. } = self;
-        for (i, &voxel) in voxels.iter().enumerate().take(*count) {
+        for (i, &voxel) in voxels.iter().enumerate() {
             // Beyond the last mode lie the next voxel's values; nobody reads those lanes.
             let values = from.get(usize::from(voxel) * modes..).unwrap_or(&[]);
             if let Some(values) = values.first_chunk() {
-                fill(lanes, i, values);
+                fill(&mut self.lanes, i, values);
             } else {
                 // Only at the end of the brick.
                 let mut padded = [0; G];
                 padded.iter_mut().zip(values).for_each(|(slot, &value)| *slot = value);
-                fill(lanes, i, &padded);
+                fill(&mut self.lanes, i, &padded);
             }
         }
     }
@@ -114,12 +177,127 @@ fn add_column<A: Arithmetic>(slots: &mut [A::Sum], sums: &[[A::Sum; 8]], corner:
     }
 }
 
+/// Corner by corner, the sums of `L` modes of a corner in registers; `N` times as many modes in all.
+#[derive(Debug)]
+pub struct Straight<const L: usize, const N: usize> {
+    /// Basis values of the modes, a voxel after the other.
+    values: [[[u8; L]; N]; MOST],
+}
+
+impl<const L: usize, const N: usize> CellGradient<Fixed> for Straight<L, N> {
+    type Row = [i16; 8];
+    const EMPTY: Self = Self { values: [[[0; L]; N]; MOST] };
+    const MODES: usize = L * N;
+
+    #[inline(never)]
+    fn add(
+        &mut self,
+        shares: &[[i16; 8]],
+        taken: Taken<'_>,
+        kernel: Kernel,
+        (gradient, places): (&mut [i32], [usize; 8]),
+    ) {
+        self.copy(taken);
+        let exponents = taken.brick.exponents().get(taken.first..).unwrap_or(&[]);
+        let mut shifts = [[0; L]; N];
+        for (shift, &exponent) in shifts.as_flattened_mut().iter_mut().zip(exponents).take(taken.count) {
+            *shift = kernel.node_shift(exponent) & 31;
+        }
+        for (block, shifts) in shifts.iter().enumerate() {
+            let halves = shifts.map(|shift| (1i32 << (shift & 31)) >> 1);
+            for (corner, place) in places.into_iter().enumerate() {
+                let mut sums = self.sums(shares, corner, block, halves);
+                sums.iter_mut().zip(shifts).for_each(|(sum, &shift)| *sum >>= shift & 31);
+                let slots =
+                    gradient.get_mut(place + block * L..).and_then(|slots| slots.first_chunk_mut::<L>());
+                let Some(slots) = slots else { return };
+                slots.iter_mut().zip(sums).for_each(|(slot, sum)| *slot = slot.wrapping_add(sum));
+            }
+        }
+    }
+}
+
+impl<const L: usize, const N: usize> Straight<L, N> {
+    /// Reads the basis values; those beyond the last mode, which are other modes' or voxels', become 0.
+    #[inline]
+    fn copy(&mut self, Taken { brick, voxels, first, count }: Taken<'_>) {
+        let modes = brick.exponents().len();
+        let from = brick.basis_from(0).get(first..).unwrap_or(&[]);
+        let mut masks = [[0; L]; N];
+        masks.as_flattened_mut().iter_mut().take(count).for_each(|mask| *mask = 255);
+        for (blocks, &voxel) in self.values.iter_mut().zip(voxels) {
+            let mut values = from.get(usize::from(voxel) * modes..).unwrap_or(&[]);
+            for (block, mask) in blocks.iter_mut().zip(&masks) {
+                match values.split_first_chunk::<L>() {
+                    Some((whole, rest)) => {
+                        keep(block, whole, mask);
+                        values = rest;
+                    }
+                    // Only at the end of the brick.
+                    None => {
+                        *block = [0; L];
+                        keep(block, values, mask);
+                        values = &[];
+                    }
+                }
+            }
+        }
+    }
+
+    /// Σ φ W e b' of a corner and a block of modes, added to `sums`. Both ends are tested in every round, or the
+    /// compiler would take four voxels at a time, from as many places, instead of four modes.
+    #[inline(always)]
+    fn sums(&self, shares: &[[i16; 8]], corner: usize, block: usize, mut sums: [i32; L]) -> [i32; L] {
+        let (mut values, mut shares) = (self.values.iter(), shares.iter());
+        loop {
+            let Some(values) = values.next().and_then(|values| values.get(block)) else { return sums };
+            let Some(shares) = shares.next() else { return sums };
+            let share = i32::from(shares.get(corner).copied().unwrap_or(0));
+            for (sum, &value) in sums.iter_mut().zip(values) {
+                *sum = sum.wrapping_add(share.wrapping_mul(i32::from(value as i8)));
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn keep<const L: usize>(block: &mut [u8; L], values: &[u8], mask: &[u8; L]) {
+    block.iter_mut().zip(values).zip(mask).for_each(|((slot, &value), mask)| *slot = value & mask);
+}
+
 /// φ q³ of the eight corners for the voxel at `at` within a cell.
 #[inline]
-pub fn trilinear(at: [u8; 3], q: u8) -> [i32; 8] {
-    let q = i32::from(q);
-    let [x, y, z] = at.map(i32::from);
-    let (u, v, w) = (q - x, q - y, q - z);
-    let (a, b, c, d) = (v * w, y * w, v * z, y * z);
-    [u * a, x * a, u * b, x * b, u * c, x * c, u * d, x * d]
+pub fn trilinear([x, y, z]: [u8; 3], q: u8) -> &'static Factors {
+    let [x, y, z, side] = [x, y, z, q].map(usize::from);
+    let factors = TRILINEAR.get(side).and_then(|cell| cell.get((z * side + y) * side + x));
+    factors.unwrap_or(&[0; 8])
+}
+
+/// Integer trilinear weights of the eight corners, which sum to q³.
+pub type Factors = [i16; 8];
+
+/// [`Factors`] of the voxels of a cell, x fastest, for every stride: to look them up takes less than to work them out.
+static TRILINEAR: [[Factors; MOST]; 5] = [cell(0), cell(1), cell(2), cell(3), cell(4)];
+
+const fn cell(q: usize) -> [Factors; MOST] {
+    let mut all = [[0; 8]; MOST];
+    let mut voxel = 0;
+    while voxel < q * q * q {
+        let (x, y, z) = (voxel % q, voxel / q % q, voxel / (q * q));
+        let (u, v, w) = (q - x, q - y, q - z);
+        let [a, b, c, d] = [v * w, y * w, v * z, y * z];
+        let [e, f, g, h] = [[u * a, x * a], [u * b, x * b], [u * c, x * c], [u * d, x * d]];
+        all[voxel] = [
+            e[0] as i16,
+            e[1] as i16,
+            f[0] as i16,
+            f[1] as i16,
+            g[0] as i16,
+            g[1] as i16,
+            h[0] as i16,
+            h[1] as i16,
+        ];
+        voxel += 1;
+    }
+    all
 }

@@ -13,7 +13,7 @@ use crate::error::{Buffer, Error, OptionName};
 use crate::fixed::round_shift;
 use crate::format::digest;
 use crate::mirror;
-use crate::model::{Model, Row};
+use crate::model::{BrickRows, Model};
 
 const ONE: f32 = (1 << DISTANCE_BITS) as f32;
 const NORMAL_BITS: u32 = 12;
@@ -188,10 +188,15 @@ impl<'m, 'b, K: Key> HullBuilder<'m, 'b, K> {
         let point = point.map(|p| libm::floorf(p * ONE + 0.5) as i32);
         let normal = normal.map(|n| libm::floorf(n * (1 << NORMAL_BITS) as f32 + 0.5) as i32);
         let [xs, ys, zs] = self.ranges(point, normal);
-        let farthest = self.farthest(normal);
-        for z in zs.0..zs.1 {
-            for y in ys.0..ys.1 {
-                self.add_row(point, normal, (xs, farthest), y, z);
+        let sight = Sight { point, normal, farthest: self.farthest(normal) };
+        let (model, edge) = (self.model, u16::from(self.model.grid().brick()).max(1));
+        for z in parts(zs, edge) {
+            for y in parts(ys, edge) {
+                for x in parts(xs, edge) {
+                    if let Some(rows) = model.rows_at([x.0, y.0, z.0]) {
+                        self.add_brick(&sight, rows, [x, y, z]);
+                    }
+                }
             }
         }
     }
@@ -220,57 +225,77 @@ impl<'m, 'b, K: Key> HullBuilder<'m, 'b, K> {
         ranges
     }
 
-    /// Lets a point claim the voxels it reaches in one row. Most voxels of its box are out of reach: distance and
-    /// squared offset are carried along the row, and only what is reached is looked up in the model.
+    /// Lets a point claim the voxels it reaches in one brick. Most voxels of its box are out of reach: distance and
+    /// squared offset are carried along the rows.
     #[inline(never)]
-    fn add_row(
-        &mut self,
-        point: [i32; 3],
-        normal: [i32; 3],
-        ((from, to), farthest): ((u16, u16), i32),
-        y: u16,
-        z: u16,
-    ) {
+    fn add_brick(&mut self, sight: &Sight, rows: BrickRows<'_>, [xs, ys, zs]: [(u16, u16); 3]) {
         let offset = |v: u16, p: i32| (i32::from(v) << DISTANCE_BITS) - p;
-        let ([px, py, pz], [nx, ny, nz]) = (point, normal);
-        let (oy, oz) = (offset(y, py), offset(z, pz));
-        let (fixed_along, fixed_squared) = (oy * ny + oz * nz, oy * oy + oz * oz);
-        let (front, lateral) = (i32::from(self.reach.front), i32::from(self.reach.lateral));
-        // Most rows of the box miss the normal; at most 12 voxels either way, so the square fits.
-        let across = (oy * nz - oz * ny) >> NORMAL_BITS;
-        if across * across > farthest {
-            return;
-        }
-        let mut row = RowCursor::default();
-        for x in from..to {
-            let ox = offset(x, px);
-            let distance = round_shift(fixed_along + ox * nx, NORMAL_BITS);
-            let squared = fixed_squared + ox * ox;
-            if distance.abs() > front || squared - distance * distance > lateral * lateral {
-                continue;
-            }
-            if let Some(index) = row.find(self.model, [x, y, z]) {
-                self.claim(index, distance, squared);
+        let ([px, py, pz], [nx, ny, nz]) = (sight.point, sight.normal);
+        let first = offset(xs.0, px);
+        for z in zs.0..zs.1 {
+            let oz = offset(z, pz);
+            for y in ys.0..ys.1 {
+                let oy = offset(y, py);
+                // Most rows of the box miss the normal; at most 12 voxels either way, so the square fits.
+                let across = (oy * nz - oz * ny) >> NORMAL_BITS;
+                if across * across > sight.farthest {
+                    continue;
+                }
+                let Some((index, stored)) = rows.from([xs.0, y, z]) else { continue };
+                let along = oy * ny + oz * nz + first * nx;
+                self.add_row((first, along, nx), oy * oy + oz * oz, (index, stored), xs.1 - xs.0);
             }
         }
     }
 
-    #[inline(never)]
+    /// Lets a point claim the voxels it reaches in one row of a brick: the offset of the first of them along x, along
+    /// the normal (and how it grows), and the square of that across x; its number, and a bit for each stored voxel.
+    #[inline(always)]
+    fn add_row(
+        &mut self,
+        (mut x, mut along, growth): (i32, i32, i32),
+        across: i32,
+        (mut index, stored): (usize, u8),
+        length: u16,
+    ) {
+        let (front, lateral) = (i32::from(self.reach.front), i32::from(self.reach.lateral));
+        let mut stored = u32::from(stored) & ((1 << (length & 15)) - 1);
+        while stored != 0 {
+            let distance = round_shift(along, NORMAL_BITS);
+            let squared = across + x * x;
+            if stored & 1 != 0 {
+                if distance.abs() <= front && squared - distance * distance <= lateral * lateral {
+                    self.claim(index, distance, squared);
+                }
+                index += 1;
+            }
+            stored >>= 1;
+            x += 1 << DISTANCE_BITS;
+            along += growth << DISTANCE_BITS;
+        }
+    }
+
+    #[inline(always)]
     fn claim(&mut self, index: usize, distance: i32, squared: i32) {
-        // Behind the surface a voxel is claimed as far as in front, so that a sheet farther off cannot claim it,
-        // but only the first ones have a weight: a line of sight ends at the surface.
-        let full = if self.mirrored { mirror::WEIGHT } else { FULL_WEIGHT };
-        let weight = if distance >= -i32::from(self.reach.behind) { full } else { UNKNOWN };
         let new_key = self.key(squared);
         let (Some(target), Some(key)) = (self.targets.get_mut(index), self.keys.get_mut(index)) else {
             return;
         };
-        let old = (key.load(), i32::from(Target(*target).distance()));
-        let order = |(key, distance): (u16, i32)| (key, distance.abs(), distance);
-        if old.0 == 0 || order((new_key, distance)) < order(old) {
-            *key = K::store(new_key);
-            *target = Target::new(distance, weight).0;
+        // Most voxels are claimed by a nearer point already.
+        let old_key = key.load();
+        if old_key != 0 && old_key < new_key {
+            return;
         }
+        let order = |distance: i32| (distance.abs(), distance);
+        if old_key == new_key && order(distance) >= order(i32::from(Target(*target).distance())) {
+            return;
+        }
+        // Behind the surface a voxel is claimed as far as in front, so that a sheet farther off cannot claim it,
+        // but only the first ones have a weight: a line of sight ends at the surface.
+        let full = if self.mirrored { mirror::WEIGHT } else { FULL_WEIGHT };
+        let weight = if distance >= -i32::from(self.reach.behind) { full } else { UNKNOWN };
+        *key = K::store(new_key);
+        *target = Target::new(distance, weight).0;
     }
 
     /// Key of a point at a squared distance, 1/65536 voxel²; never 0.
@@ -297,34 +322,25 @@ impl<'m, 'b, K: Key> HullBuilder<'m, 'b, K> {
     }
 }
 
-/// The row of a brick that was looked up last.
-#[derive(Clone, Copy, Default)]
-struct RowCursor {
-    /// First and one behind the last voxel along x.
-    span: (u16, u16),
-    /// Number of the brick's first voxel and its row, if the brick is stored.
-    row: Option<(usize, Row)>,
+/// A point with its normal.
+struct Sight {
+    /// 1/256 voxel.
+    point: [i32; 3],
+    /// 1/4096.
+    normal: [i32; 3],
+    /// Farthest that a row in reach passes the normal, see [`HullBuilder::farthest`].
+    farthest: i32,
 }
 
-impl RowCursor {
-    /// Number of a stored voxel in the same row as the one before.
-    #[inline(always)]
-    fn find(&mut self, model: &Model<'_>, at: [u16; 3]) -> Option<usize> {
-        let [x, ..] = at;
-        if !(self.span.0..self.span.1).contains(&x) {
-            self.seek(model, at);
-        }
-        let (first, row) = self.row?;
-        Some(first + row.voxel((x - self.span.0) as u8)?)
-    }
-
-    /// Goes on to the row of another brick.
-    #[inline(never)]
-    fn seek(&mut self, model: &Model<'_>, at: [u16; 3]) {
-        let edge = u16::from(model.grid().brick()).max(1);
-        let start = at[0] / edge * edge;
-        *self = Self { span: (start, start + edge), row: model.row_at(at) };
-    }
+/// The parts of a range of voxels that lie in one brick each.
+fn parts((from, to): (u16, u16), edge: u16) -> impl Iterator<Item = (u16, u16)> {
+    let mut from = from;
+    core::iter::from_fn(move || {
+        let end = (from - from.checked_rem(edge)? + edge).min(to);
+        let part = (from < to).then_some((from, end));
+        from = end;
+        part
+    })
 }
 
 impl<'b> Hull<'b> {

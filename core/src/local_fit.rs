@@ -24,6 +24,7 @@ mod sweep;
 use crate::arithmetic::{Arithmetic, Kernel, Stride};
 use crate::box_filter::{box_sums, dense_len};
 use crate::cells::cells;
+use crate::corner_rows::Row;
 use crate::curvature::cell_curvature;
 use crate::error::{Buffer, Error};
 use crate::field::Field;
@@ -71,6 +72,11 @@ enum Stage {
     Done,
 }
 
+/// Takes gradients of a group of modes.
+type Group<A> = <<A as Arithmetic>::Row as Row<A>>::Group;
+/// Takes gradients of many modes at a time.
+type Many<A> = <<A as Arithmetic>::Row as Row<A>>::Many;
+
 /// A local fit under way.
 #[derive(Debug)]
 pub struct LocalFit<'m, 'b, A: Arithmetic> {
@@ -99,6 +105,8 @@ pub struct LocalFit<'m, 'b, A: Arithmetic> {
     iteration: usize,
     stage: Stage,
     done: u32,
+    /// Steps in all.
+    total: u32,
 }
 
 impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
@@ -142,7 +150,9 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
             pass: 0,
             iteration: 0,
             done: 0,
+            total: 0,
         };
+        fit.total = fit.steps(usize::from(model.header().bricks));
         fit.start(start);
         Ok(fit)
     }
@@ -201,7 +211,7 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
             }
         };
         self.done = self.done.saturating_add(1);
-        Some(Progress { done: self.done, total: self.total(bricks) })
+        Some(Progress { done: self.done, total: self.total })
     }
 
     /// What the next step does; `None` when there is none.
@@ -221,7 +231,8 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         while self.step().is_some() {}
     }
 
-    fn total(&self, bricks: usize) -> u32 {
+    /// Steps of all passes.
+    fn steps(&self, bricks: usize) -> u32 {
         let layers = usize::from(self.layers());
         let cells = usize::from(self.model.grid().brick().checked_div(self.stride.voxels).unwrap_or(0));
         let sweep = bricks * cells + 2 * layers + 1;
@@ -271,6 +282,11 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         self.schedule.passes.get(self.pass).map_or(modes, |pass| pass.moving(modes))
     }
 
+    /// Whether the pass under way has a kernel of several nodes, many voxels wide.
+    fn is_wide(&self) -> bool {
+        self.stride.voxels > 1 && self.kernel().radius > 0
+    }
+
     fn kernel(&self) -> Kernel {
         Kernel::new(self.schedule.passes.get(self.pass).map_or(0, |pass| pass.radius), self.stride)
     }
@@ -285,7 +301,8 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         if self.pass == 0 {
             self.rows.mark(index, &brick, &self.hull);
         }
-        let Some(wanted) = self.rows.of(index) else { return };
+        let mut masks = [0; MAX_BRICK_ROWS];
+        let Some(wanted) = self.rows.thinned(index, brick.corner, self.is_wide(), &mut masks) else { return };
         let q = self.stride.voxels;
         for cell in cells(&brick, q).filter(|cell| cell.any(&brick, wanted, q)) {
             let corners = cell_curvature::<A>(&brick, &cell, wanted, &self.hull, &self.gains, self.stride);
@@ -312,8 +329,9 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
 
     #[inline(never)]
     fn add_residuals(&mut self, index: usize) {
-        let Some(wanted) = self.rows.of(index) else { return };
         let Some(brick) = self.model.brick(index) else { return };
+        let mut masks = [0; MAX_BRICK_ROWS];
+        let Some(wanted) = self.rows.thinned(index, brick.corner, self.is_wide(), &mut masks) else { return };
         let Some(residuals) = self.residuals.get_mut(brick.first..) else { return };
         let (hull, stride) = (self.hull, self.stride);
         let field =
@@ -331,12 +349,15 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         if index == 0 {
             self.gradient.fill(A::Sum::default());
         }
-        let Some(wanted) = self.rows.of(index) else { return };
         let Some(brick) = self.model.brick(index) else { return };
+        let mut masks = [0; MAX_BRICK_ROWS];
+        let Some(wanted) = self.rows.thinned(index, brick.corner, self.is_wide(), &mut masks) else { return };
         let Some(residuals) = self.residuals.get(brick.first..) else { return };
         let (kernel, stride, q) = (self.kernel(), self.stride, self.stride.voxels);
-        let Some(scratch) = self.cell.get_mut(self.model.modes()..) else { return };
-        let mut shares = Shares::<A, GROUP>::new(scratch);
+        let modes = self.model.modes();
+        let Some(scratch) = self.cell.get_mut(A::Row::count(modes)..) else { return };
+        let mut shares = Shares::<A, Group<A>>::new(scratch);
+        let (first, count) = (group * GROUP, modes.saturating_sub(group * GROUP).min(GROUP));
         for cell in cells(&brick, q).filter(|cell| cell.any(&brick, wanted, q)) {
             shares.clear();
             cell.visit(&brick, wanted, q, |at, voxel| {
@@ -344,7 +365,7 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
                 shares.push(voxel, residual, trilinear(at, q), stride);
             });
             let places = self.nodes.corners(&cell).map(|number| number * GROUP);
-            shares.add_to(&brick, group * GROUP, kernel, (self.gradient, places));
+            shares.add_to(&brick, (first, count), kernel, (self.gradient, places));
         }
     }
 

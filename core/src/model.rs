@@ -49,6 +49,46 @@ pub struct Brick<'a> {
     basis: &'a [u8],
 }
 
+/// Which voxels of a brick are stored.
+#[derive(Clone, Copy, Debug)]
+pub struct BrickRows<'a> {
+    /// Voxel position of the brick's first corner.
+    corner: [u16; 3],
+    /// Number of its first stored voxel.
+    first: usize,
+    edge: u16,
+    /// From its first row on.
+    rows: &'a [u8],
+}
+
+impl BrickRows<'_> {
+    /// Whether a voxel lies in the brick.
+    #[inline(always)]
+    pub fn covers(&self, [x, y, z]: [u16; 3]) -> bool {
+        let [_, up, back] = self.corner;
+        self.spans(x) && y.wrapping_sub(up) < self.edge && z.wrapping_sub(back) < self.edge
+    }
+
+    /// Whether voxels at `x` can lie in the brick.
+    #[inline(always)]
+    pub const fn spans(&self, x: u16) -> bool {
+        let [left, ..] = self.corner;
+        x.wrapping_sub(left) < self.edge
+    }
+
+    /// Number of the first stored voxel from `at` on in its row of the brick, and a bit for each stored one, bit 0 for
+    /// `at`.
+    #[inline(always)]
+    pub fn from(&self, [x, y, z]: [u16; 3]) -> Option<(usize, u8)> {
+        let [left, up, back] = self.corner;
+        let (x, y, z) = (x - left, usize::from(y - up), usize::from(z - back));
+        let rows = self.rows.get((z * usize::from(self.edge) + y) * ROW_BYTES..)?;
+        let &[mask, low, high] = rows.first_chunk()?;
+        let row = Row { mask, before: u16::from_le_bytes([low, high]) };
+        Some((self.first + row.rank(x as u8), mask >> (x & 7)))
+    }
+}
+
 /// The stored voxels of one row of a brick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Row {
@@ -68,9 +108,25 @@ impl Row {
     /// Voxels of the brick before `x` of this row.
     #[inline]
     pub const fn rank(self, x: u8) -> usize {
-        self.before as usize + (self.mask & ((1u16 << (x & 15)) - 1) as u8).count_ones() as usize
+        self.before as usize + ones(self.mask & ((1u16 << (x & 15)) - 1) as u8)
     }
 }
+
+/// Bits that are set. Most of the processors have no instruction for it, and a table is quicker than a dozen others.
+#[inline]
+pub const fn ones(mask: u8) -> usize {
+    ONES[mask as usize] as usize
+}
+
+static ONES: [u8; 256] = {
+    let mut ones = [0; 256];
+    let mut mask = 0;
+    while mask < 256 {
+        ones[mask] = mask.count_ones() as u8;
+        mask += 1;
+    }
+    ones
+};
 
 /// Cuts `n` bytes off the front.
 fn take<'a>(bytes: &mut &'a [u8], n: usize, part: Part) -> Result<&'a [u8], Error> {
@@ -224,16 +280,14 @@ impl<'a> Model<'a> {
         self.brick(self.brick_number(voxel)?)
     }
 
-    /// Number of the first voxel of the brick that covers a voxel position, and the position's row in it, if the brick
-    /// is stored: what [`Model::brick_at`] and [`Brick::row`] tell, without the rest.
+    /// The rows of the brick that covers a voxel position, if it is stored: a part of what [`Model::brick_at`] tells.
     #[inline]
-    pub fn row_at(&self, voxel: [u16; 3]) -> Option<(usize, Row)> {
-        let entry = self.directory.get(self.brick_number(voxel)? * ENTRY_BYTES..)?;
+    pub fn rows_at(&self, voxel: [u16; 3]) -> Option<BrickRows<'a>> {
         let edge = u16::from(self.grid.brick());
-        let [_, y, z] = voxel.map(|v| usize::from(v.checked_rem(edge).unwrap_or(0)));
-        let rows = self.modes() + (z * usize::from(edge) + y) * ROW_BYTES;
-        let &[mask, low, high] = self.records.get(read_u32(entry, 8) as usize + rows..)?.first_chunk()?;
-        Some((read_u32(entry, 4) as usize, Row { mask, before: u16::from_le_bytes([low, high]) }))
+        let corner = voxel.map(|v| v - v.checked_rem(edge).unwrap_or(0));
+        let entry = self.directory.get(self.brick_number(voxel)? * ENTRY_BYTES..)?;
+        let rows = self.records.get(read_u32(entry, 8) as usize + self.modes()..)?;
+        Some(BrickRows { corner, first: read_u32(entry, 4) as usize, edge, rows })
     }
 
     /// Number of the brick that covers a voxel position, if it is stored.

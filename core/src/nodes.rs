@@ -62,7 +62,12 @@ impl<'b> NodeMap<'b> {
     /// Active nodes in the layers before layer `z`.
     pub fn before(&self, z: u16) -> usize {
         let [x, y, _] = self.sides;
-        let index = product([x, y, z]);
+        self.before_node(product([x, y, z]))
+    }
+
+    /// Active nodes before the node at `index` of the grid.
+    #[inline]
+    fn before_node(&self, index: usize) -> usize {
         match self.words.get(index / 32 * 2..).and_then(|words| words.first_chunk()) {
             Some([bits, before]) => {
                 *before as usize + (bits & ((1 << (index % 32)) - 1)).count_ones() as usize
@@ -94,8 +99,9 @@ impl<'b> NodeMap<'b> {
     /// second of each pair along x follows the first.
     #[inline]
     pub fn corners(&self, cell: &Cell) -> [usize; 8] {
-        let pair = |c: u16| self.number(cell.corner_node(c)).unwrap_or(0);
-        let [a, b, c, d] = [pair(0), pair(2), pair(4), pair(6)];
+        let [width, height, _] = self.sides.map(usize::from);
+        let (first, area) = (linear(cell.node, self.sides), width * height);
+        let [a, b, c, d] = [0, width, area, area + width].map(|offset| self.before_node(first + offset));
         [a, a + 1, b, b + 1, c, c + 1, d, d + 1]
     }
 
@@ -109,6 +115,32 @@ impl<'b> NodeMap<'b> {
                 visit(number, block * 32 + bits.trailing_zeros() as usize);
                 number += 1;
                 bits &= bits - 1;
+            }
+        }
+    }
+}
+
+impl NodeMap<'_> {
+    /// Visits the active nodes in runs of neighbours along x: number and position of the first one, length.
+    #[inline]
+    pub fn for_each_run(&self, mut visit: impl FnMut(usize, usize, usize)) {
+        let width = usize::from(self.sides[0]).max(1);
+        let (mut number, mut end) = (0, width);
+        for (block, &[mut bits, _]) in self.words.as_chunks::<2>().0.iter().enumerate() {
+            let mut index = block * 32;
+            while bits != 0 {
+                let skipped = bits.trailing_zeros();
+                bits >>= skipped;
+                index += skipped as usize;
+                while index >= end {
+                    end += width;
+                }
+                let length = (bits.trailing_ones() as usize).min(end - index);
+                visit(number, index, length);
+                // At most 32 bits, so not in one shift.
+                bits = bits >> 1 >> ((length - 1) & 31);
+                index += length;
+                number += length;
             }
         }
     }

@@ -55,9 +55,9 @@ pub const MOMENTUM: [Pass<'static>; 3] = [
 /// which drove weights into their limits and left bumps), and what is rounded off is amplified no more than in Leja
 /// order (4 times, root mean square).
 ///
-/// The widest kernel moves the stronger half of the modes: what the others could say that far off is soon said again.
+/// The widest kernel moves the strongest third of the modes: what the others could say that far off is soon said again.
 pub const DEFAULT: [Pass<'static>; 3] = [
-    Pass { radius: 3, steps: &SHORT, part: 2 },
+    Pass { radius: 3, steps: &SHORT, part: 3 },
     Pass { radius: 1, steps: &SHORT, part: 1 },
     Pass { radius: 0, steps: &LONG, part: 1 },
 ];

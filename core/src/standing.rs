@@ -23,7 +23,12 @@ pub enum Standing {
 impl Standing {
     /// Judges a point and its normal (voxels) against M + b'·`shape`.
     pub fn of(model: &Model<'_>, point: [f32; 3], normal: [f32; 3], shape: &[f32]) -> Self {
-        let Some((distance, gradient)) = sample::band(model, point, shape, None) else { return Self::Other };
+        Self::from_sample(model, sample::band(model, point, shape, None), normal)
+    }
+
+    /// The same from the surface's distance and gradient at the point.
+    pub fn from_sample(model: &Model<'_>, sample: Option<(f32, [f32; 3])>, normal: [f32; 3]) -> Self {
+        let Some((distance, gradient)) = sample else { return Self::Other };
         let steepness = libm::sqrtf(dot(gradient, gradient)).max(0.3);
         let millimetre = model.header().scales.millimetre * steepness;
         if distance.abs() > CLUTTER * millimetre {

@@ -5,7 +5,7 @@ use crate::box_filter::dense_len;
 use crate::completion::Memory;
 use crate::error::{Buffer, Error};
 use crate::global_fit::normal_len;
-use crate::gradient::GROUP;
+use crate::gradient::{GROUP, MARGIN};
 use crate::hull_rows::rows_len;
 use crate::model::Model;
 use crate::nodes::{Extent, map_len};
@@ -169,16 +169,17 @@ impl<A: Arithmetic> Default for Workspace<'_, A> {
     }
 }
 
-/// Elements of [`Workspace::cell`]: a row for each mode, and one for each voxel of a cell.
+/// Elements of [`Workspace::cell`]: a row for each mode, in blocks of eight, and one for each voxel of a cell.
 pub(crate) const fn cell_len(modes: usize, stride: u8) -> usize {
     let q = stride as usize;
-    modes + q * q * q
+    modes.next_multiple_of(8) + q * q * q
 }
 
-/// Elements of [`Workspace::gradient`].
+/// Elements of [`Workspace::gradient`], and some behind the last node, so that it can be added to in whole vectors.
 pub(crate) const fn gradient_len(extent: Extent, modes: usize) -> usize {
     let (group, layers) = (extent.active * GROUP, 2 * extent.widest * modes);
-    if group > layers { group } else { layers }
+    let needed = if group > layers { group } else { layers };
+    needed + MARGIN
 }
 
 impl<A: Arithmetic> Workspace<'_, A> {

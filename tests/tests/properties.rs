@@ -1,7 +1,9 @@
 //! What holds for any input of its kind.
 
+use lacuna::arithmetic::{Kernel, Stride};
 use lacuna::box_filter::{box_sums, dense_len};
-use lacuna::gradient::GROUP;
+use lacuna::corner_rows::Row;
+use lacuna::gradient::{CellGradient, GROUP, MARGIN, Taken, trilinear};
 use lacuna::grid::position;
 use lacuna::hull::{Hull, Target};
 use lacuna::nodes::{NodeMap, map_len};
@@ -44,6 +46,25 @@ fn global_weights(model: &Model<'_>, targets: &[i16]) -> Vec<f64> {
 
 fn weights() -> impl Strategy<Value = Vec<f64>> {
     prop::collection::vec(-2.0..2.0, model().modes())
+}
+
+/// What the voxels add to the gradient of eight nodes.
+fn cell_gradient<R: Row<Fixed>>(taken: Taken<'_>, residuals: &[i16], places: [usize; 8]) -> Vec<i32> {
+    let stride = Stride::new(3).unwrap();
+    let shares: Vec<R> = residuals
+        .iter()
+        .enumerate()
+        .map(|(i, &residual)| {
+            let at = [i % 3, i / 3 % 3, i / 9].map(|v| v as u8);
+            R::share(residual, trilinear(at, 3), stride)
+        })
+        .collect();
+    let mut gradient = vec![0; 8 * model().modes() + MARGIN];
+    let kernel = Kernel::new(1, stride);
+    let (mut group, mut many) = (R::Group::EMPTY, R::Many::EMPTY);
+    group.add(&shares, taken, kernel, (&mut gradient, places));
+    many.add(&shares, taken, kernel, (&mut gradient, places));
+    gradient
 }
 
 proptest! {
@@ -151,6 +172,40 @@ fn naive_sums(nodes: &NodeMap<'_>, field: &[i32], radius: u8) -> Vec<i32> {
 
 proptest! {
     #![proptest_config(Config { cases: 24, failure_persistence: None, max_shrink_iters: 8, ..Config::default() })]
+
+    /// Sums of a brick's cells with the numbers of eight corners are the same in both orders of the numbers, also
+    /// at the end of the brick and of the nodes.
+    #[test]
+    fn both_orders_of_corner_rows_give_the_same_sums(seed: u64, picked: prop::sample::Index, most in 1usize..27) {
+        use rand::{RngExt, SeedableRng};
+        let model = model();
+        let (brick, modes) = (model.brick(picked.index(model.bricks().count())).unwrap(), model.modes());
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+        let weights: Vec<i16> = (0..8 * modes).map(|_| rng.random_range(-32767..=32767)).collect();
+        let nodes: [&[i16]; 8] = std::array::from_fn(|corner| &weights[corner * modes..]);
+        let least = brick.least_exponent();
+        let mut pairs = vec![[0i32; 4]; modes];
+        Row::<Fixed>::gather(&mut pairs, nodes, brick.exponents(), least);
+        let mut lanes = vec![[7i16; 8]; <[i16; 8] as Row<Fixed>>::count(modes)];
+        Row::<Fixed>::gather(&mut lanes, nodes, brick.exponents(), least);
+        for voxel in 0..brick.voxels() {
+            let values = brick.basis_from(voxel);
+            let [a, b]: [[i32; 8]; 2] = [Row::<Fixed>::dots(&pairs, values), Row::<Fixed>::dots(&lanes, values)];
+            prop_assert_eq!(a, b);
+        }
+        let voxels: Vec<u16> = (0..brick.voxels() as u16).rev().take(most).collect();
+        let residuals: Vec<i16> = voxels.iter().map(|_| rng.random_range(-2047..=2047)).collect();
+        let places = std::array::from_fn(|corner| (7 - corner) * modes);
+        for taken in (0..modes).step_by(GROUP).map(|first| Taken {
+            brick: &brick, voxels: &voxels, first, count: (modes - first).min(GROUP),
+        }) {
+            let [a, b] = [
+                cell_gradient::<[i32; 4]>(taken, &residuals, places),
+                cell_gradient::<[i16; 8]>(taken, &residuals, places),
+            ];
+            prop_assert_eq!(a, b);
+        }
+    }
 
     /// Also where integral images wrap: the values may be as large as they like.
     #[test]

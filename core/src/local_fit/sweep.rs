@@ -4,15 +4,13 @@
 //! soon as the cells on both sides of it are done. Those cells are the only ones that read it, so the result is that
 //! of one step for all nodes at once. Two layers of nodes share the gradient's memory by turns.
 
-use super::{LocalFit, Stage, move_node};
+use super::{LocalFit, Many, Stage, move_node};
 use crate::arithmetic::Arithmetic;
 use crate::cells::cells_of_layer;
-use crate::field::{Field, dots};
-use crate::gradient::{Shares, trilinear};
+use crate::corner_rows::Row;
+use crate::field::Field;
+use crate::gradient::{CellGradient, Shares, trilinear};
 use crate::model::Brick;
-
-/// Modes whose gradients are taken at a time.
-const TAKEN: usize = 15;
 
 impl<'m, A: Arithmetic> LocalFit<'m, '_, A> {
     /// One brick of a sweep, if it lies in the layer; then what comes next.
@@ -45,12 +43,12 @@ impl<'m, A: Arithmetic> LocalFit<'m, '_, A> {
         let Some(wanted) = self.rows.of(index) else { return };
         let modes = self.model.modes();
         let (hull, stride, q, kernel) = (self.hull, self.stride, self.stride.voxels, self.kernel());
-        let Some((corners, scratch)) = self.cell.split_at_mut_checked(modes) else { return };
+        let Some((corners, scratch)) = self.cell.split_at_mut_checked(A::Row::count(modes)) else { return };
         let field = Field::<A> { stride, nodes: &self.nodes, weights: self.weights, modes };
         let least = brick.least_exponent();
         let starts = [layer, layer + 1].map(|z| self.nodes.before(z));
         let halves = if layer.is_multiple_of(2) { [0, self.half] } else { [self.half, 0] };
-        let mut shares = Shares::<A, TAKEN>::new(scratch);
+        let mut shares = Shares::<A, Many<A>>::new(scratch);
         for cell in cells_of_layer(brick, q, within).filter(|cell| cell.any(brick, wanted, q)) {
             let nodes = self.nodes.corners(&cell);
             field.gather(brick, nodes, least, corners);
@@ -58,7 +56,7 @@ impl<'m, A: Arithmetic> LocalFit<'m, '_, A> {
             cell.visit(brick, wanted, q, |at, voxel| {
                 let target = hull.target(brick.first + voxel);
                 let factors = trilinear(at, q);
-                let sums = dots::<A>(brick.basis(voxel), corners);
+                let sums = A::Row::dots(corners, brick.basis_from(voxel));
                 let sum = A::blend(&sums, factors, least, stride);
                 let residual = A::residual(brick.mean(voxel), target.distance(), target.weight(), sum);
                 shares.push(voxel, residual, factors, stride);
@@ -69,9 +67,10 @@ impl<'m, A: Arithmetic> LocalFit<'m, '_, A> {
                 let (start, half) = if i < 4 { near } else { far };
                 *place = half + place.saturating_sub(start) * modes;
             }
-            for first in (0..modes).step_by(TAKEN) {
-                shares.add_to(brick, first, kernel, (self.gradient, places));
-                places = places.map(|place| place + TAKEN);
+            for first in (0..modes).step_by(Many::<A>::MODES) {
+                let count = (modes - first).min(Many::<A>::MODES);
+                shares.add_to(brick, (first, count), kernel, (self.gradient, places));
+                places = places.map(|place| place + count);
             }
         }
     }
@@ -88,7 +87,7 @@ impl<'m, A: Arithmetic> LocalFit<'m, '_, A> {
         };
         for (sums, number) in gradient.chunks_exact_mut(modes).zip(nodes) {
             // Most nodes lie beyond the hull's reach; only momentum moves those.
-            if momentum == 0 && sums.chunks(4).all(A::is_zero) {
+            if momentum == 0 && A::is_zero(sums) {
                 continue;
             }
             let reciprocal = self.reciprocals.get(number).copied().unwrap_or_default();

@@ -8,7 +8,8 @@
 //! V   <- clamp( V + β (V - V_prev) - μ g_k U_kj, ±16 )                eq. (14), descending
 //! ```
 //!
-//! n runs over the hull, where W is 1 (all of it near the surface, one voxel in four elsewhere), j over the nodes; all V start at the global weights.
+//! n runs over the hull, where W is 1 (all of it near the surface, one voxel in four elsewhere; half of these where the
+//! kernel is wider than a node), j over the nodes; all V start at the global weights.
 
 use super::nodes::Nodes;
 use super::{Hull, Model};
@@ -85,14 +86,16 @@ struct Fit<'a> {
 
 /// Fits a field of weights to a hull, from the global weights `start` (standard deviations).
 pub fn local(model: &Model, hull: &Hull, start: &[f64], settings: &Settings) -> Field {
-    let taken = |&(n, distance): &(usize, f64)| is_taken(model.grid.position(n), distance, settings.stride);
-    let known = (0..hull.len()).filter(|&n| model.mask[n]).filter_map(|n| Some((n, hull[n]?)));
-    let known = known.filter(taken).collect();
-    let fit = Fit { model, whitened: model.whitened(), gains: model.gains(), known };
+    let mut fit = Fit { model, whitened: model.whitened(), gains: model.gains(), known: Vec::new() };
     let mut field = Field::constant(Nodes::new(model, settings.stride), start);
-    let curvature = fit.curvature(&field.nodes);
     let mut previous = field.weights.clone();
     for pass in &settings.passes {
+        let known = (0..hull.len()).filter(|&n| model.mask[n]).filter_map(|n| Some((n, hull[n]?)));
+        let taken = |&(n, distance): &(usize, f64)| {
+            is_taken(model.grid.position(n), distance, settings.stride, pass.radius)
+        };
+        fit.known = known.filter(taken).collect();
+        let curvature = fit.curvature(&field.nodes);
         let denominator = fit.denominator(&field.nodes, &curvature, settings, pass.radius);
         for &step in &pass.steps {
             let gradient = fit.gradient(&field);
@@ -111,9 +114,11 @@ pub fn local(model: &Model, hull: &Hull, start: &[f64], settings: &Settings) -> 
     field
 }
 
-/// Whether a voxel of the hull is taken, `distance` in voxels: near the surface, or one of four.
-fn is_taken([x, y, z]: [usize; 3], distance: f64, stride: usize) -> bool {
-    stride == 1 || (distance > -0.75 && distance < 0.625) || (x % 2 == 0 && (y + z) % 2 == 0)
+/// Whether a voxel of the hull is taken, `distance` in voxels: near the surface, or one of four; every other one of
+/// these for a kernel of several nodes.
+fn is_taken([x, y, z]: [usize; 3], distance: f64, stride: usize, radius: usize) -> bool {
+    let near = distance > -0.75 && distance < 0.625;
+    stride == 1 || ((near || (x % 2 == 0 && (y + z) % 2 == 0)) && (radius == 0 || (x + y + z) % 2 == 0))
 }
 
 /// U = B( B(G) / denominator ), at active nodes.
@@ -183,7 +188,7 @@ mod tests {
         let field = local(&model, &hull, &vec![0.2; model.modes()], &s);
 
         let (whitened, gains) = (model.whitened(), model.gains());
-        let taken = |&n: &usize| hull[n].is_some_and(|d| is_taken(model.grid.position(n), d, 2));
+        let taken = |&n: &usize| hull[n].is_some_and(|d| is_taken(model.grid.position(n), d, 2, 6));
         let known: Vec<usize> = (0..hull.len()).filter(taken).collect();
         let nodes = field.nodes.active.iter().filter(|&&a| a).count() as f64;
         let volume = 13f64.powi(3);

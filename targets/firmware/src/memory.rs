@@ -1,8 +1,9 @@
 //! All memory of a completion, in statics: `size` shows at build time whether it fits.
 
-use lacuna::arithmetic::{Arithmetic, Fixed};
+use lacuna::arithmetic::Fixed;
 use lacuna::cloud::{CAPACITY, Packed};
 use lacuna::completion::Memory;
+use lacuna::corner_rows::{FixedRow, Row};
 use lacuna::fixed::Factor;
 use lacuna::{PoseBuffers, Workspace};
 use static_cell::ConstStaticCell;
@@ -34,7 +35,7 @@ static GRADIENT: Cell<i32, { sizes::GRADIENT }> = Cell::new([0; sizes::GRADIENT]
 static DENSE: Cell<i32, { sizes::DENSE }> = Cell::new([0; sizes::DENSE]);
 static RECIPROCALS: Cell<Factor, { sizes::RECIPROCALS }> = Cell::new([Factor::ZERO; sizes::RECIPROCALS]);
 static NODES: Cell<u32, { sizes::NODES }> = Cell::new([0; sizes::NODES]);
-static CELL: Cell<<Fixed as Arithmetic>::Row, { sizes::CELL }> = Cell::new([[0; 4]; sizes::CELL]);
+static CELL: Cell<FixedRow, { sizes::CELL }> = Cell::new([<FixedRow as Row<Fixed>>::EMPTY; sizes::CELL]);
 
 /// Memory for a scan on its way in.
 pub struct Scan {
