@@ -5,6 +5,8 @@
 
 use crate::arithmetic::Arithmetic;
 use crate::cloud::Cloud;
+use crate::corners::Weights;
+use crate::cube::Cube;
 use crate::error::Error;
 use crate::format::digest;
 use crate::global_fit::GlobalFit;
@@ -72,7 +74,7 @@ impl<A: Arithmetic> Memory<'_, A> {
         let Self { pose, targets, normal, block, global, workspace: w } = self;
         size_of_val(&*pose.normal)
             + size_of_val(&*pose.chunk)
-            + size_of_val(&*pose.row)
+            + size_of_val(&*pose.columns)
             + size_of_val(&*pose.weights)
             + size_of_val(&**targets)
             + size_of_val(&**normal)
@@ -136,6 +138,8 @@ pub struct Digests {
 
 /// The stage under way, with the memory it was lent.
 #[derive(Debug)]
+// No heap to keep the largest one in.
+#[allow(clippy::large_enum_variant)]
 enum Work<'b, A: Arithmetic> {
     Pose(PoseFit<'b, 'b>),
     Hull(HullBuilder<'b, 'b, A::Residual>, usize),
@@ -286,10 +290,11 @@ impl<'b, A: Arithmetic> Completion<'b, A> {
         }
         let (pose, known) = (self.outcome.pose, !self.settings.rounds.is_empty());
         let symmetry = self.model.symmetry();
+        let (shape, mut cube) = (Weights::new(self.shape), Cube::new());
         for index in *next..(*next + CHUNK).min(self.cloud.len()) {
             let Some((point, normal)) = self.cloud.point(index) else { continue };
             let (point, normal) = (pose.apply(point), pose.rotate(normal));
-            let place = Standing::of(self.model, point, normal, self.shape);
+            let place = Standing::of(self.model, &mut cube, point, normal, &shape);
             self.outcome.inliers += u32::from(place == Standing::Inlier);
             if known && place == Standing::Clutter {
                 self.outcome.clutter += 1;

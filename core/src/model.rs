@@ -48,6 +48,16 @@ pub struct Brick<'a> {
     basis: &'a [u8],
 }
 
+/// Set bits of a byte: most processors have no instruction that counts them.
+static ONES: [u8; 256] = {
+    let (mut ones, mut byte) = ([0; 256], 1);
+    while byte < 256 {
+        ones[byte] = ones[byte >> 1] + (byte & 1) as u8;
+        byte += 1;
+    }
+    ones
+};
+
 /// The stored voxels of one row of a brick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Row {
@@ -67,7 +77,7 @@ impl Row {
     /// Voxels of the brick before `x` of this row.
     #[inline]
     pub const fn rank(self, x: u8) -> usize {
-        self.before as usize + (self.mask & ((1u16 << (x & 15)) - 1) as u8).count_ones() as usize
+        self.before as usize + ONES[(self.mask & ((1u16 << (x & 15)) - 1) as u8) as usize] as usize
     }
 }
 
@@ -232,7 +242,12 @@ impl<'a> Model<'a> {
     #[inline]
     pub fn brick_number(&self, voxel: [u16; 3]) -> Option<usize> {
         let edge = u16::from(self.grid.brick());
-        let cell = voxel.map(|v| v.checked_div(edge).unwrap_or(0));
+        self.brick_of_cell(voxel.map(|v| v.checked_div(edge).unwrap_or(0)))
+    }
+
+    /// Number of the brick at a position of the grid of bricks, if it is stored.
+    #[inline]
+    pub fn brick_of_cell(&self, cell: [u16; 3]) -> Option<usize> {
         let sides = self.grid.brick_sides();
         if cell.iter().zip(sides).any(|(&c, side)| c >= side) {
             return None;
@@ -354,8 +369,8 @@ impl<'a> Brick<'a> {
     #[inline]
     pub fn row(&self, y: u8, z: u8) -> Row {
         let at = (usize::from(z) * usize::from(self.edge) + usize::from(y)) * ROW_BYTES;
-        let mask = self.rows.get(at).copied().unwrap_or(0);
-        Row { mask, before: read_u16(self.rows, at + 1) }
+        let row = self.rows.get(at..).and_then(|rows| rows.first_chunk());
+        row.map_or(Row::default(), |&[mask, low, high]| Row { mask, before: u16::from_le_bytes([low, high]) })
     }
 
     /// Exponents E of the modes: b' = basis · 2^-E.

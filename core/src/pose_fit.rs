@@ -19,23 +19,26 @@
 
 use crate::cholesky::{packed, solve};
 use crate::cloud::Cloud;
+use crate::columns::{Column, clear_from, products, set_row};
+use crate::cube::Cube;
 use crate::error::{Buffer, Error};
 use crate::model::Model;
-use crate::normal_sums::{BLOCK, add_block};
 use crate::patch::eliminate_own_weights;
-use crate::pose::{Pose, cross, dot, zip};
-use crate::sample;
+use crate::pose::{Pose, dot, zip};
+use crate::pose_row::{EXTRA, MOST, Rows};
 use crate::workspace::{Progress, first};
 use core::ops::Range;
 
-/// Points that have weights of their own, taken in one step.
-pub const PATCH: usize = 96;
+pub use crate::columns::PATCH;
+
 /// λ of the weights for each of the N points, class millimetres squared.
 pub const RIDGE: f64 = 1e-3;
 /// δ of a patch's own weights around those of the whole, likewise: they may differ by as much as shapes do.
 pub const OWN_RIDGE: f64 = 1e-3;
 /// Pose unknowns: turn, shift, growth.
 pub const POSE: usize = 7;
+/// Most points of a rigid iteration, which needs a rough pose only.
+const ROUGH: usize = 400;
 /// Fewest points that can hold seven unknowns.
 const FEWEST: usize = 16;
 
@@ -69,8 +72,8 @@ pub struct PoseBuffers<'b> {
     pub normal: &'b mut [f64],
     /// [`sums_len`] elements.
     pub chunk: &'b mut [f32],
-    /// [`row_len`] elements: the rows of a block of points.
-    pub row: &'b mut [f32],
+    /// [`columns_len`] columns: the rows of a patch of points, transposed.
+    pub columns: &'b mut [Column],
     /// Weights v, one a mode, standard deviations.
     pub weights: &'b mut [f32],
 }
@@ -78,7 +81,7 @@ pub struct PoseBuffers<'b> {
 impl PoseBuffers<'_> {
     /// The same memory, lent on for a while.
     pub const fn reborrow(&mut self) -> PoseBuffers<'_> {
-        PoseBuffers { normal: self.normal, chunk: self.chunk, row: self.row, weights: self.weights }
+        PoseBuffers { normal: self.normal, chunk: self.chunk, columns: self.columns, weights: self.weights }
     }
 }
 
@@ -87,9 +90,9 @@ pub const fn sums_len(modes: usize) -> usize {
     packed(modes + POSE) + modes + POSE
 }
 
-/// Elements of `row`.
-pub const fn row_len(modes: usize) -> usize {
-    BLOCK * (modes + POSE)
+/// Elements of `columns`.
+pub const fn columns_len(modes: usize) -> usize {
+    modes + EXTRA
 }
 
 /// How well the points lie on the model.
@@ -108,6 +111,7 @@ pub struct Agreement {
 #[derive(Debug)]
 pub struct PoseFit<'a, 'b> {
     model: &'a Model<'a>,
+    rows: Rows<'a>,
     cloud: Cloud<'a>,
     /// Points used.
     count: usize,
@@ -147,7 +151,7 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         let buffers = PoseBuffers {
             normal: first(buffers.normal, sums_len(modes), Buffer::Normal)?,
             chunk: first(buffers.chunk, sums_len(modes), Buffer::Block)?,
-            row: first(buffers.row, row_len(modes), Buffer::Cell)?,
+            columns: first(buffers.columns, columns_len(modes), Buffer::Columns)?,
             weights: first(buffers.weights, modes, Buffer::Weights)?,
         };
         buffers.weights.fill(0.0);
@@ -159,6 +163,7 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         let agreement = Agreement::default();
         Ok(Self {
             model,
+            rows: Rows::new(model),
             cloud,
             count,
             rounds,
@@ -180,8 +185,9 @@ impl<'a, 'b> PoseFit<'a, 'b> {
             (self.round, self.iteration) = (self.round + 1, 0);
         }
         let round = *self.rounds.get(self.round)?;
-        if self.next < self.count {
-            let end = (self.next + PATCH).min(self.count);
+        let count = self.points(&round);
+        if self.next < count {
+            let end = (self.next + PATCH).min(count);
             self.add_patch(self.next..end, &round);
             self.next = end;
         } else {
@@ -191,8 +197,8 @@ impl<'a, 'b> PoseFit<'a, 'b> {
             self.buffers.normal.fill(0.0);
         }
         self.done = self.done.saturating_add(1);
-        let iterations: usize = self.rounds.iter().map(|round| usize::from(round.iterations)).sum();
-        let total = iterations * (self.count.div_ceil(PATCH) + 1);
+        let steps = |round: &Round| usize::from(round.iterations) * (self.points(round).div_ceil(PATCH) + 1);
+        let total: usize = self.rounds.iter().map(steps).sum();
         Some(Progress { done: self.done, total: total as u32 })
     }
 
@@ -217,11 +223,18 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         self.agreement
     }
 
+    /// Points used in a round.
+    fn points(&self, round: &Round) -> usize {
+        if round.shape { self.count } else { self.count.min(ROUGH) }
+    }
+
     /// Adds the points of a patch, less what weights of its own explain.
     fn add_patch(&mut self, points: Range<usize>, round: &Round) {
+        self.rows.set(round, self.pose.apply(self.mean), self.buffers.weights);
+        self.fill_columns(points, self.points(round));
         let modes = if round.shape { self.model.modes() } else { 0 };
-        self.buffers.chunk.fill(0.0);
-        self.add_points(points, round, modes + POSE);
+        let columns = self.buffers.columns.get(..self.rows.entries()).unwrap_or(&[]);
+        products(columns, &self.rows.units(), self.buffers.chunk);
         // Without the shape there is nothing to differ from.
         if round.shape && round.own {
             let own = ridge(OWN_RIDGE, self.count, self.model) as f32;
@@ -235,38 +248,24 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         }
     }
 
-    /// Adds the rows of points to the sums of a patch.
-    fn add_points(&mut self, points: Range<usize>, round: &Round, unknowns: usize) {
-        let rows = self.buffers.row.get_mut(..BLOCK * unknowns).unwrap_or_default();
-        let (mut residuals, mut shares, mut count) = ([0.0; BLOCK], [0.0; BLOCK], 0);
-        let centre = self.pose.apply(self.mean);
+    /// Fills the columns with the rows of points.
+    fn fill_columns(&mut self, points: Range<usize>, count: usize) {
+        let columns = self.buffers.columns.get_mut(..self.rows.entries()).unwrap_or_default();
+        let (mut row, mut cube, mut filled) = ([0; MOST], Cube::new(), 0);
         for index in points {
             // At least FEWEST points, so never a division by zero.
-            let index = index.saturating_mul(self.cloud.len()).checked_div(self.count).unwrap_or(0);
+            let index = index.saturating_mul(self.cloud.len()).checked_div(count).unwrap_or(0);
             let Some((point, _)) = self.cloud.point(index) else { continue };
-            let q = self.pose.apply(point);
-            let row = rows.get_mut(count * unknowns..).and_then(|row| row.get_mut(..unknowns));
-            let Some((residual, weight)) =
-                row.and_then(|row| fill_row(self.model, q, centre, round, self.buffers.weights, row))
-            else {
+            let Some((residual, weight)) = self.rows.fill(self.pose.apply(point), &mut cube, &mut row) else {
                 continue;
             };
+            set_row(columns, filled, &row);
             self.running.weight += weight;
             self.running.squared += weight * residual * residual;
             self.running.on_support += 1;
-            if let (Some(r), Some(w)) = (residuals.get_mut(count), shares.get_mut(count)) {
-                (*r, *w) = (residual, weight);
-            }
-            count += 1;
-            if count == BLOCK {
-                add_block(self.buffers.chunk, unknowns, split(rows, unknowns), residuals, shares);
-                (count, shares) = (0, [0.0; BLOCK]);
-            }
+            filled += 1;
         }
-        if count > 0 {
-            rows.get_mut(count * unknowns..).unwrap_or_default().fill(0.0);
-            add_block(self.buffers.chunk, unknowns, split(rows, unknowns), residuals, shares);
-        }
+        clear_from(columns, filled);
     }
 
     fn solve(&mut self, round: &Round) {
@@ -300,51 +299,6 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         let growth = (growth as f32).clamp(-0.05, 0.05);
         self.pose = self.pose.moved(self.pose.apply(self.mean), omega, growth, shift);
     }
-}
-
-/// Fills the row of a place `q`, turned about `centre` (voxels): one entry a mode, then seven of the motion. Residual
-/// r and weight w where it counts; `None` off the model, or too far from its surface.
-pub fn fill_row(
-    model: &Model<'_>,
-    q: [f32; 3],
-    centre: [f32; 3],
-    round: &Round,
-    weights: &[f32],
-    row: &mut [f32],
-) -> Option<(f32, f32)> {
-    let modes = row.len().checked_sub(POSE)?;
-    let (shape, motion) = row.split_at_mut_checked(modes)?;
-    let millimetre = model.header().scales.millimetre;
-    let misfit = round.misfit * millimetre;
-    let (distance, gradient) = if round.shape {
-        sample::band(model, q, weights, Some(shape))?
-    } else {
-        sample::band(model, q, &[], None).or_else(|| sample::far(model, q))?
-    };
-    let steepness = libm::sqrtf(dot(gradient, gradient)).max(0.3);
-    let residual = distance / steepness;
-    if residual.is_nan() || residual.abs() >= (15.0 * millimetre).max(2.0 * misfit) {
-        return None;
-    }
-    for value in shape {
-        *value /= steepness;
-    }
-    let normal = gradient.map(|g| g / steepness);
-    let arm = zip(q, centre, |a, b| a - b);
-    let [a, b, c] = cross(arm, normal);
-    let [x, y, z] = normal;
-    let values = [a, b, c, x, y, z, dot(arm, normal) - residual];
-    for (slot, value) in motion.iter_mut().zip(values) {
-        *slot = value;
-    }
-    let ratio = residual / misfit;
-    Some((residual, 1.0 / (1.0 + ratio * ratio)))
-}
-
-/// The rows of a block.
-fn split(rows: &[f32], unknowns: usize) -> [&[f32]; BLOCK] {
-    let mut rows = rows.chunks_exact(unknowns.max(1));
-    core::array::from_fn(|_| rows.next().unwrap_or(&[]))
 }
 
 /// A ridge given for each of `count` points in class millimetres squared, in voxels squared.

@@ -1,8 +1,9 @@
 //! How a measured point lies to the surface that was fitted together with the pose: part of it, or clutter.
 
+use crate::corners::Weights;
+use crate::cube::Cube;
 use crate::model::Model;
 use crate::pose::dot;
-use crate::sample;
 
 /// Points farther than this from the jointly fitted surface are clutter, class millimetres.
 const CLUTTER: f32 = 8.0;
@@ -21,9 +22,16 @@ pub enum Standing {
 }
 
 impl Standing {
-    /// Judges a point and its normal (voxels) against M + b'·`shape`.
-    pub fn of(model: &Model<'_>, point: [f32; 3], normal: [f32; 3], shape: &[f32]) -> Self {
-        let Some((distance, gradient)) = sample::band(model, point, shape, None) else { return Self::Other };
+    /// Judges a point and its normal (voxels) against M + b'·`shape`. `cube` is room to look around in.
+    pub fn of<'a>(
+        model: &Model<'a>,
+        cube: &mut Cube<'a>,
+        point: [f32; 3],
+        normal: [f32; 3],
+        shape: &Weights,
+    ) -> Self {
+        let Some(cube) = cube.find(model, point) else { return Self::Other };
+        let (distance, gradient) = cube.distance(shape);
         let steepness = libm::sqrtf(dot(gradient, gradient)).max(0.3);
         let millimetre = model.header().scales.millimetre * steepness;
         if distance.abs() > CLUTTER * millimetre {

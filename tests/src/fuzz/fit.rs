@@ -6,7 +6,7 @@ use super::tiny::tiny;
 use lacuna::cloud::{Packed, from_bytes};
 use lacuna::completion::{Outcome, Settings};
 use lacuna::format::Digest;
-use lacuna::pose_fit::{ROUNDS, Round};
+use lacuna::pose_fit::{PATCH, ROUNDS, Round};
 use lacuna::{Arithmetic, Cloud, Completion, Error, Fixed, Float, Model, Pass, Pose, Reach, Schedule, Sizes};
 use lacuna_host::fit::Buffers;
 
@@ -96,7 +96,7 @@ fn soil<A: Arithmetic>(buffers: &mut Buffers<A>, rubbish: u8) {
     let number = f64::from(rubbish);
     buffers.sums.fill(number);
     buffers.chunk.fill(number as f32);
-    buffers.row.fill(number as f32);
+    buffers.columns.fill([number as i16; PATCH]);
     buffers.shape.fill(number as f32);
     buffers.targets.fill(i16::from(rubbish) * 77);
     buffers.normal.fill(number);
