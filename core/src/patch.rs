@@ -35,10 +35,14 @@ pub fn eliminate_own_weights(sums: &mut [f32], modes: usize, unknowns: usize, ow
     // The vector is one more row, without a diagonal.
     let rows = (unknowns + 1).min(MOST);
     let together = modes / PIVOTS * PIVOTS;
-    let mut sweep = Sweep::<PIVOTS>::new(rows);
-    (0..together).step_by(PIVOTS).for_each(|pivot| sweep.by(sums, pivot));
-    let mut sweep = Sweep::<1>::new(rows);
-    (together..modes).for_each(|pivot| sweep.by(sums, pivot));
+    let mut room = [[[0.0; PIVOTS]; MOST]; 2];
+    if let Some(mut sweep) = Sweep::new(&mut room, rows) {
+        (0..together).step_by(PIVOTS).for_each(|pivot| sweep.by(sums, pivot));
+    }
+    let mut room = [[[0.0]; MOST]; 2];
+    if let Some(mut sweep) = Sweep::new(&mut room, rows) {
+        (together..modes).for_each(|pivot| sweep.by(sums, pivot));
+    }
     for i in 0..=unknowns {
         let Some(row) = sums.get_mut(packed(i)..) else { return };
         let factor = if i < modes { own * own } else { own };
@@ -51,25 +55,22 @@ pub fn eliminate_own_weights(sums: &mut [f32], modes: usize, unknowns: usize, ow
 const PIVOTS: usize = 4;
 
 /// A sweep of packed sums by `P` pivots.
-struct Sweep<const P: usize> {
+struct Sweep<'s, const P: usize> {
     /// The pivots' columns.
-    columns: [[f32; P]; MOST],
+    columns: &'s mut [[f32; P]],
     /// Each column as it was when it was the pivot's turn.
-    before: [[f32; P]; MOST],
+    before: &'s mut [[f32; P]],
     /// One over the pivots.
     inverse: [f32; P],
-    /// Length of a column.
-    rows: usize,
     /// The first pivot.
     pivot: usize,
 }
 
-impl<const P: usize> Sweep<P> {
-    /// Room for columns of `rows` rows.
-    #[inline(always)]
-    const fn new(rows: usize) -> Self {
-        let (columns, before) = ([[0.0; P]; MOST], [[0.0; P]; MOST]);
-        Self { columns, before, inverse: [0.0; P], rows, pivot: 0 }
+impl<'s, const P: usize> Sweep<'s, P> {
+    /// Of columns of `rows` rows.
+    fn new([columns, before]: &'s mut [[[f32; P]; MOST]; 2], rows: usize) -> Option<Self> {
+        let (columns, before) = (columns.get_mut(..rows)?, before.get_mut(..rows)?);
+        Some(Self { columns, before, inverse: [0.0; P], pivot: 0 })
     }
 
     /// Sweeps by the pivots from `pivot` on: first their columns, then all sums.
@@ -85,7 +86,7 @@ impl<const P: usize> Sweep<P> {
     /// Copies a column of the symmetric matrix, and its entry of the vector.
     fn gather(&mut self, sums: &[f32], column: usize) {
         let mut at = packed(self.pivot + column);
-        for (row, slots) in self.columns.iter_mut().enumerate().take(self.rows) {
+        for (row, slots) in self.columns.iter_mut().enumerate() {
             if let (Some(slot), Some(&value)) = (slots.get_mut(column), sums.get(at)) {
                 *slot = value;
             }
@@ -103,7 +104,7 @@ impl<const P: usize> Sweep<P> {
         }
         let inverse = reciprocal(shares.get(turn).copied().unwrap_or(0.0));
         let shares = shares.map(|share| share * inverse);
-        for (values, before) in self.columns.iter_mut().zip(&mut self.before).take(self.rows) {
+        for (values, before) in self.columns.iter_mut().zip(self.before.iter_mut()) {
             let Some(&mut value) = values.get_mut(turn) else { return };
             before.get_mut(turn).into_iter().for_each(|before| *before = value);
             values.iter_mut().zip(shares).for_each(|(other, share)| *other -= value * share);
@@ -123,7 +124,7 @@ impl<const P: usize> Sweep<P> {
             factors
         };
         let mut rest = sums;
-        for row in (0..self.rows).step_by(2) {
+        for row in (0..self.before.len()).step_by(2) {
             let (line, tail) = start(rest, row + 1);
             let (after, tail) = start(tail, row + 2);
             rest = tail;
@@ -150,7 +151,7 @@ impl<const P: usize> Sweep<P> {
     /// Copies a column back.
     fn scatter(&self, sums: &mut [f32], column: usize) {
         let mut at = packed(self.pivot + column);
-        for (row, values) in self.columns.iter().enumerate().take(self.rows) {
+        for (row, values) in self.columns.iter().enumerate() {
             if let (Some(&value), Some(slot)) = (values.get(column), sums.get_mut(at)) {
                 *slot = value;
             }
