@@ -15,7 +15,8 @@
 //! weights of its own around those of the whole ([`crate::patch`]), which are eliminated at once.
 //!
 //! Steps are limited to 0.15 rad, 5 % and 8 mm. The rigid iterations use the far field where the band is
-//! not stored. Arithmetic is f32 through libm, sums in a fixed order: the same bits on every processor.
+//! not stored. Rows are integers ([`crate::pose_row`]) and their products exact sums ([`crate::columns`]); the rest is
+//! f32 through libm in a fixed order, and f64 in the solve: the same bits on every processor.
 
 use crate::cholesky::{packed, solve};
 use crate::cloud::Cloud;
@@ -37,8 +38,6 @@ pub const RIDGE: f64 = 1e-3;
 pub const OWN_RIDGE: f64 = 1e-3;
 /// Pose unknowns: turn, shift, growth.
 pub const POSE: usize = 7;
-/// Most points of a rigid iteration, which needs a rough pose only.
-const ROUGH: usize = 400;
 /// Fewest points that can hold seven unknowns.
 const FEWEST: usize = 16;
 
@@ -47,6 +46,8 @@ const FEWEST: usize = 16;
 pub struct Round {
     /// How many.
     pub iterations: u16,
+    /// Most points used: what a later round refines may be rough.
+    pub points: usize,
     /// Misfit scale c, class millimetres.
     pub misfit: f32,
     /// Whether the scale may change.
@@ -58,11 +59,12 @@ pub struct Round {
     pub own: bool,
 }
 
-/// Rigid, with scale, then joint.
-pub const ROUNDS: [Round; 3] = [
-    Round { iterations: 4, misfit: 16.0, growth: false, shape: false, own: false },
-    Round { iterations: 3, misfit: 8.0, growth: true, shape: false, own: false },
-    Round { iterations: 8, misfit: 2.5, growth: true, shape: true, own: true },
+/// Rigid, with scale, joint with half of the points, then with all.
+pub const ROUNDS: [Round; 4] = [
+    Round { iterations: 4, points: 400, misfit: 16.0, growth: false, shape: false, own: false },
+    Round { iterations: 3, points: 400, misfit: 8.0, growth: true, shape: false, own: false },
+    Round { iterations: 4, points: 800, misfit: 2.5, growth: true, shape: true, own: true },
+    Round { iterations: 4, points: usize::MAX, misfit: 2.5, growth: true, shape: true, own: true },
 ];
 
 /// Memory of a pose fit.
@@ -225,7 +227,7 @@ impl<'a, 'b> PoseFit<'a, 'b> {
 
     /// Points used in a round.
     fn points(&self, round: &Round) -> usize {
-        if round.shape { self.count } else { self.count.min(ROUGH) }
+        self.count.min(round.points)
     }
 
     /// Adds the points of a patch, less what weights of its own explain.
@@ -237,7 +239,7 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         products(columns, &self.rows.units(), self.buffers.chunk);
         // Without the shape there is nothing to differ from.
         if round.shape && round.own {
-            let own = ridge(OWN_RIDGE, self.count, self.model) as f32;
+            let own = ridge(OWN_RIDGE, self.points(round), self.model) as f32;
             eliminate_own_weights(self.buffers.chunk, modes, modes + POSE, own);
         }
         // In the rigid rounds only the first sums are used, and adding in double precision is dear where it is soft.
@@ -275,9 +277,9 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         if self.running.on_support < FEWEST as u32 || total <= 0.0 {
             return;
         }
+        let prior = ridge(RIDGE, self.points(round), self.model);
         let Some((matrix, rest)) = self.buffers.normal.split_at_mut_checked(packed(unknowns)) else { return };
         let Some(vector) = rest.get_mut(..unknowns) else { return };
-        let prior = ridge(RIDGE, self.count, self.model);
         for i in 0..unknowns {
             let ridge = if i < modes { prior } else { 0.0 };
             let weight = self.buffers.weights.get(i).copied().filter(|_| i < modes).unwrap_or(0.0);

@@ -136,6 +136,7 @@ fn any_rounds(source: &mut Source<'_>) -> Vec<Round> {
         let (iterations, misfit, flags) = (source.byte() % 4, source.float(), source.byte());
         Round {
             iterations: iterations.into(),
+            points: usize::from(flags >> 3) * 40,
             misfit,
             growth: flags & 1 == 1,
             shape: flags & 2 == 2,
