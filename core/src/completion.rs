@@ -5,6 +5,7 @@
 
 use crate::arithmetic::Arithmetic;
 use crate::cloud::Cloud;
+use crate::corners::Weights;
 use crate::error::Error;
 use crate::fitted::Fitted;
 use crate::format::digest;
@@ -73,7 +74,7 @@ impl<A: Arithmetic> Memory<'_, A> {
         let Self { pose, targets, normal, block, global, workspace: w } = self;
         size_of_val(&*pose.normal)
             + size_of_val(&*pose.chunk)
-            + size_of_val(&*pose.row)
+            + size_of_val(&*pose.columns)
             + size_of_val(&*pose.weights)
             + size_of_val(&**targets)
             + size_of_val(&**normal)
@@ -137,6 +138,8 @@ pub struct Digests {
 
 /// The stage under way, with the memory it was lent.
 #[derive(Debug)]
+// No heap to keep the largest one in.
+#[allow(clippy::large_enum_variant)]
 enum Work<'b, A: Arithmetic> {
     Pose(PoseFit<'b, 'b>),
     Hull(HullBuilder<'b, 'b, A::Residual>, usize),
@@ -287,7 +290,8 @@ impl<'b, A: Arithmetic> Completion<'b, A> {
         }
         let (pose, known) = (self.outcome.pose, !self.settings.rounds.is_empty());
         let symmetry = self.model.symmetry();
-        let mut surface = Fitted::new(self.model, self.shape, self.workspace.gradient);
+        let shape = Weights::new(self.shape);
+        let mut surface = Fitted::new(self.model, &shape, self.workspace.gradient);
         for index in *next..(*next + CHUNK).min(self.cloud.len()) {
             let Some((point, normal)) = self.cloud.point(index) else { continue };
             let (point, normal) = (pose.apply(point), pose.rotate(normal));

@@ -1,127 +1,104 @@
-//! The modes at the corners of one voxel cube, in integers.
+//! Integer kernels over the modes of a few voxels, the corners of one voxel cube.
 //!
 //! Corners that lie in the same brick share its exponents, and mostly all eight do. Weights and trilinear shares are
-//! brought to fixed point for each such group; then a product of the basis, four corners at a time, is one integer
-//! multiply-add.
+//! fixed point, so that a product with the basis is one integer multiply-add, and the bits are the same whatever the
+//! order. Modes are taken 32 at a time: loops of a known length are straight lines of code, and what lies behind the
+//! last mode meets a weight of zero, or is not looked at.
 
-use crate::model::Brick;
-use crate::sample::power;
+use crate::format::MAX_MODES;
 
-/// A share of one. Shares sum to one at most, so a sum with basis values is below 2²⁰ · 128.
-const SHARE: f32 = (1 << 20) as f32;
-/// A weight of one standard deviation at exponent 0: 16 σ · 2¹⁷ / 2⁵ · 128, for 127 modes, is below 2³¹.
-const WEIGHT: f32 = (1 << 17) as f32;
-/// Corners taken at a time.
-const LANES: usize = 4;
+/// Binary digits of a weight of one standard deviation: for 127 modes, 16 σ · 2¹⁷ / 2⁵ · 128 is below 2³¹.
+pub const WEIGHT_BITS: u32 = 17;
+/// Largest weight, standard deviations.
+pub const MAX_WEIGHT: f32 = 16.0;
+/// Binary digits of a share of one. All shares of a cube sum to one, so a sum with basis values is an i16.
+pub const SHARE_BITS: u32 = 8;
+/// Binary digits of a factor of one.
+pub const FACTOR_BITS: u32 = 13;
+/// Corners taken at a time: four where there are vectors, or else as many as there are registers for.
+pub const LANES: usize = if cfg!(feature = "vector") { 4 } else { 2 };
 /// Modes taken at a time.
-const MODES: usize = 32;
+pub const MODES: usize = 32;
+/// Parts of [`MODES`] modes.
+pub const PARTS: usize = (MAX_MODES as usize).div_ceil(MODES);
 
-/// A corner's number, 0..8, and its basis values.
-type Member<'a> = (u8, &'a [u8]);
+/// A part of a voxel's basis values, and what lies behind the last.
+pub type Basis = [u8; MODES];
 
-/// Corners in one brick.
+/// One weight a mode in fixed point, made once for many places.
 #[derive(Clone, Copy, Debug)]
-pub struct Corners<'a> {
-    exponents: &'a [u8],
-    members: [Member<'a>; 8],
+pub struct Weights {
+    parts: [[i32; MODES]; PARTS],
     count: usize,
 }
 
-impl<'a> Corners<'a> {
-    /// No corner yet.
-    pub const fn new(brick: &Brick<'a>) -> Self {
-        Self { exponents: brick.exponents(), members: [(0, &[]); 8], count: 0 }
+impl Weights {
+    /// No modes: the mean.
+    pub const NONE: Self = Self { parts: [[0; MODES]; PARTS], count: 0 };
+
+    /// From standard deviations, within ±[`MAX_WEIGHT`].
+    pub fn new(deviations: &[f32]) -> Self {
+        let mut weights = Self::NONE;
+        for (value, &weight) in weights.parts.as_flattened_mut().iter_mut().zip(deviations) {
+            let limited = weight.clamp(-MAX_WEIGHT, MAX_WEIGHT);
+            *value = (limited * (1u32 << WEIGHT_BITS) as f32) as i32;
+        }
+        weights.count = deviations.len().div_ceil(MODES);
+        weights
     }
 
-    /// Adds corner `number` with its basis values.
-    #[inline]
-    pub fn push(&mut self, number: u8, basis: &'a [u8]) {
-        if let Some(member) = self.members.get_mut(self.count) {
-            *member = (number, basis);
-            self.count += 1;
-        }
-    }
-
-    /// Up to four corners at a time: their numbers, and their basis values, those of the first where there is none.
-    fn quads(&self) -> impl Iterator<Item = (&[Member<'a>], [&'a [u8]; LANES])> {
-        let members = self.members.get(..self.count).unwrap_or(&[]);
-        members.chunks(LANES).map(|quad| {
-            let first = quad.first().map_or(&[][..], |&(_, basis)| basis);
-            (quad, core::array::from_fn(|i| quad.get(i).map_or(first, |&(_, basis)| basis)))
-        })
-    }
-
-    /// Adds Σ b' v to the value of each corner.
-    #[inline(never)]
-    pub fn add_sums(&self, weights: &[f32], values: &mut [f32; 8]) {
-        for (part, weights) in weights.chunks(MODES).enumerate() {
-            self.add_part(part * MODES, weights, values);
-        }
-    }
-
-    /// The same for the modes from `first` on.
-    fn add_part(&self, first: usize, weights: &[f32], values: &mut [f32; 8]) {
-        let mut scaled = [0; MODES];
-        let exponents = self.exponents.get(first..).unwrap_or(&[]);
-        for ((scaled, &weight), &exponent) in scaled.iter_mut().zip(weights).zip(exponents) {
-            *scaled = (weight * (WEIGHT * power(exponent))) as i32;
-        }
-        let scaled = scaled.get(..weights.len()).unwrap_or(&[]);
-        for (quad, bases) in self.quads() {
-            for (&(number, _), sum) in
-                quad.iter().zip(dots(scaled, bases.map(|basis| basis.get(first..).unwrap_or(&[]))))
-            {
-                if let Some(value) = values.get_mut(usize::from(number)) {
-                    *value += sum as f32 / WEIGHT;
-                }
-            }
-        }
-    }
-
-    /// Adds Σ share · b' of the corners to each mode.
-    #[inline(never)]
-    pub fn add_modes(&self, shares: &[f32; 8], modes: &mut [f32]) {
-        for (part, modes) in modes.chunks_mut(MODES).enumerate() {
-            self.combine_part(part * MODES, shares, modes);
-        }
-    }
-
-    /// The same for the modes from `first` on.
-    fn combine_part(&self, first: usize, shares: &[f32; 8], modes: &mut [f32]) {
-        let mut sums = [0; MODES];
-        let sums = sums.get_mut(..modes.len()).unwrap_or_default();
-        let exponents = self.exponents.get(first..).unwrap_or(&[]);
-        for (quad, bases) in self.quads() {
-            let share =
-                |&(number, _): &Member<'_>| shares.get(usize::from(number)).map(|s| (s * SHARE) as i32);
-            let bases = bases.map(|basis| basis.get(first..).unwrap_or(&[]));
-            combine(sums, core::array::from_fn(|i| quad.get(i).and_then(share).unwrap_or(0)), bases);
-        }
-        for ((mode, &sum), &exponent) in modes.iter_mut().zip(sums.iter()).zip(exponents) {
-            *mode += sum as f32 * (power(exponent) / SHARE);
-        }
+    /// 2⁻¹⁷ standard deviations, one a mode, zero behind the last.
+    pub fn parts(&self) -> &[[i32; MODES]] {
+        self.parts.get(..self.count).unwrap_or(&[])
     }
 }
 
-/// Σ w b for four corners.
+/// Sets `scaled` to the weights by the exponents of a brick: those of its basis values.
 #[inline(never)]
-fn dots(weights: &[i32], [a, b, c, d]: [&[u8]; LANES]) -> [i32; LANES] {
-    let [mut p, mut q, mut r, mut s] = [0i32; LANES];
-    let add =
-        |sum: i32, weight: i32, value: u8| sum.wrapping_add(weight.wrapping_mul(i32::from(value as i8)));
-    for ((((&w, &a), &b), &c), &d) in weights.iter().zip(a).zip(b).zip(c).zip(d) {
-        (p, q, r, s) = (add(p, w, a), add(q, w, b), add(r, w, c), add(s, w, d));
+pub fn scale(scaled: &mut [i32; MODES], weights: &[i32; MODES], exponents: &[u8]) {
+    for ((scaled, &weight), &exponent) in scaled.iter_mut().zip(weights).zip(exponents) {
+        *scaled = weight >> (exponent & 31);
     }
-    [p, q, r, s]
 }
 
-/// Adds the four corners' basis values times their shares to each mode's sum.
+/// Values near the end of a brick, and zeros behind them.
 #[inline(never)]
-fn combine(sums: &mut [i32], [p, q, r, s]: [i32; LANES], [a, b, c, d]: [&[u8]; LANES]) {
-    let times = |share: i32, value: u8| share.wrapping_mul(i32::from(value as i8));
-    for ((((sum, &a), &b), &c), &d) in sums.iter_mut().zip(a).zip(b).zip(c).zip(d) {
-        let (front, back) = (times(p, a).wrapping_add(times(q, b)), times(r, c).wrapping_add(times(s, d)));
-        *sum = sum.wrapping_add(front.wrapping_add(back));
+pub fn padded(values: &[u8]) -> Basis {
+    let mut basis = [0; MODES];
+    basis.iter_mut().zip(values).for_each(|(slot, &value)| *slot = value);
+    basis
+}
+
+/// Σ w b of each corner.
+#[inline(never)]
+pub fn dots<const N: usize>(weights: &[i32; MODES], bases: [&Basis; N]) -> [i32; N] {
+    let mut sums = [0i32; N];
+    for (k, weight) in weights.iter().enumerate() {
+        for (sum, basis) in sums.iter_mut().zip(bases) {
+            *sum = sum.wrapping_add(weight.wrapping_mul(i32::from(basis[k] as i8)));
+        }
+    }
+    sums
+}
+
+/// Adds two corners' basis values times their shares to each mode's sum.
+#[inline(never)]
+pub fn combine(sums: &mut [i16; MODES], [p, q]: [i16; 2], [a, b]: [&Basis; 2]) {
+    let add = |sum: i16, share: i16, value: u8| sum.wrapping_add(share.wrapping_mul(i16::from(value as i8)));
+    for ((sum, &a), &b) in sums.iter_mut().zip(a).zip(b) {
+        *sum = add(add(*sum, p, a), q, b);
+    }
+}
+
+/// Turns each mode's sum of basis values 2^-exponent and shares into itself times `factor` / 2¹³, in units of
+/// 2^-(3 + least): where the exponent is the least of all bricks, of one unit.
+///
+/// With a factor of 1 / 0.3 and a sum of 128 · 2⁸ at most the result is below 3415.
+#[inline(never)]
+pub fn rescale(sums: &mut [i16; MODES], factor: i16, exponents: &[u8], least: &[u8; MODES]) {
+    for ((sum, &exponent), &least) in sums.iter_mut().zip(exponents).zip(least) {
+        let factor = i32::from(factor) >> (exponent.wrapping_sub(least) & 15);
+        *sum = (i32::from(*sum).wrapping_mul(factor).wrapping_add(1 << 17) >> 18) as i16;
     }
 }
 
@@ -129,27 +106,59 @@ fn combine(sums: &mut [i32], [p, q, r, s]: [i32; LANES], [a, b, c, d]: [&[u8]; L
 mod tests {
     use super::*;
 
-    /// 45 modes are more than are taken at a time, six corners more than four.
     #[test]
     fn integer_sums_are_those_of_floats() {
-        let exponents: [u8; 45] = core::array::from_fn(|k| 5 + (k % 6) as u8);
-        let bases: [[u8; 45]; 6] =
+        let exponents: [u8; 29] = core::array::from_fn(|k| 5 + (k % 6) as u8);
+        let bases: [Basis; 2] =
             core::array::from_fn(|c| core::array::from_fn(|k| (c * 41 + k * 89 + 3) as u8));
-        let mut corners = Corners { exponents: &exponents, members: [(0, &[]); 8], count: 0 };
-        bases.iter().enumerate().for_each(|(c, basis)| corners.push(c as u8 + 1, basis));
-        let value = |c: usize, k: usize| f32::from(bases[c][k] as i8) * power(exponents[k]);
+        let value = |c: usize, k: usize| f32::from(bases[c][k] as i8) / (1u32 << exponents[k]) as f32;
 
-        let weights: [f32; 45] = core::array::from_fn(|k| libm::sinf(k as f32) * 3.0);
-        let mut values = [0.5; 8];
-        corners.add_sums(&weights, &mut values);
-        let exact = |c: usize| 0.5 + (0..45).map(|k| value(c, k) * weights[k]).sum::<f32>();
-        assert!((0..6).all(|c| (values[c + 1] - exact(c)).abs() < 5e-3), "{values:?}");
-        assert_eq!((values[0], values[7]), (0.5, 0.5));
+        let deviations: [f32; 29] = core::array::from_fn(|k| libm::sinf(k as f32) * 3.0);
+        let weights = Weights::new(&deviations);
+        let [part] = weights.parts() else { panic!("one part") };
+        let mut scaled = [0; MODES];
+        scale(&mut scaled, part, &exponents);
+        for (c, sum) in dots(&scaled, bases.each_ref()).into_iter().enumerate() {
+            let exact: f32 = (0..29).map(|k| value(c, k) * deviations[k]).sum();
+            assert!((sum as f32 / (1u32 << WEIGHT_BITS) as f32 - exact).abs() < 2e-2, "{sum} {exact}");
+        }
 
-        let shares = [0.9, 0.05, 0.15, 0.2, 0.1, 0.3, 0.2, 0.9];
-        let mut modes = [0.25; 45];
-        corners.add_modes(&shares, &mut modes);
-        let exact = |k: usize| 0.25 + (0..6).map(|c| shares[c + 1] * value(c, k)).sum::<f32>();
-        assert!((0..45).all(|k| (modes[k] - exact(k)).abs() < 1e-4), "{modes:?}");
+        let shares = [100, 156];
+        let mut sums = [0; MODES];
+        combine(&mut sums, shares, bases.each_ref());
+        rescale(&mut sums, 1 << FACTOR_BITS, &exponents, &[5; MODES]);
+        for (k, &entry) in sums.iter().enumerate().take(29) {
+            let exact: f32 = (0..2).map(|c| f32::from(shares[c]) / 256.0 * value(c, k)).sum();
+            assert!((f32::from(entry) / 256.0 - exact).abs() < 0.51 / 256.0, "{k}");
+        }
+    }
+
+    #[test]
+    fn any_number_of_lanes_sums_the_same() {
+        let bases: [Basis; 4] = core::array::from_fn(|c| core::array::from_fn(|k| (c * 87 + k * 51) as u8));
+        let [a, b, c, d] = bases.each_ref();
+        let weights = core::array::from_fn(|k| (k as i32 - 11) * 1234);
+        let [[p, q], [r, s]] = [dots(&weights, [a, b]), dots(&weights, [c, d])];
+        assert_eq!(dots(&weights, [a, b, c, d]), [p, q, r, s]);
+    }
+
+    #[test]
+    fn extreme_values_do_not_overflow() {
+        for byte in [0x80u8, 0x7f] {
+            let (basis, most) = ([byte; MODES], f64::from(byte as i8));
+            // Sixteen deviations in each of 127 modes.
+            let weights = Weights::new(&[f32::INFINITY; MAX_MODES as usize]);
+            let scaled = weights.parts().as_flattened().iter().map(|w| w >> 5);
+            let sum = scaled.fold(0i32, |sum, w| sum.checked_add(w * i32::from(byte as i8)).unwrap());
+            assert_eq!(f64::from(sum), 127.0 * 16.0 * 4096.0 * most);
+
+            let mut sums = [0; MODES];
+            [[100, 50], [6, 0], [0, 99], [0, 1]].into_iter().for_each(|shares| {
+                combine(&mut sums, shares, [&basis; 2]);
+            });
+            assert_eq!(f64::from(sums[0]), 256.0 * most);
+            rescale(&mut sums, 27_307, &[5; MODES], &[5; MODES]);
+            assert!(sums[0].unsigned_abs() < 3415, "{}", sums[0]);
+        }
     }
 }

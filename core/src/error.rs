@@ -116,6 +116,8 @@ pub enum Buffer {
     Cell,
     /// The last rows of a depth image.
     DepthRows,
+    /// Rows of the pose fit's points, transposed.
+    Columns,
 }
 
 /// Options, for [`Error::Option`].

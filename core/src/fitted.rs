@@ -1,7 +1,7 @@
-//! The jointly fitted surface for many points: what [`sample::band`](crate::sample::band) tells, to the last bit, with
-//! every voxel's distance worked out once, because the points of a scan lie in the same few voxels.
+//! The jointly fitted surface for many points: what [`Cube::distance`](crate::cube::Cube::distance) tells, to the last bit,
+//! with every voxel's distance worked out once, because the points of a scan lie in the same few voxels.
 
-use crate::corners::Corners;
+use crate::corners::{MODES, WEIGHT_BITS, Weights, dots, padded, scale};
 use crate::model::{BrickRows, Model};
 use crate::sample::Place;
 
@@ -39,16 +39,16 @@ impl Word for f64 {
 #[derive(Debug)]
 pub struct Fitted<'m, 'b, W: Word> {
     model: &'m Model<'m>,
-    weights: &'b [f32],
+    weights: &'b Weights,
     /// Number of a voxel, one more, and its distance; each voxel has one place, which others may take.
     slots: &'b mut [[W; 2]],
     mask: usize,
 }
 
 impl<'m, 'b, W: Word> Fitted<'m, 'b, W> {
-    /// The surface of the weights `v`, standard deviations, in memory of any length: zeros, or what was left there for
+    /// The surface of the weights `v` in memory of any length: zeros, or what was left there for
     /// the same surface.
-    pub const fn new(model: &'m Model<'m>, weights: &'b [f32], memory: &'b mut [W]) -> Self {
+    pub const fn new(model: &'m Model<'m>, weights: &'b Weights, memory: &'b mut [W]) -> Self {
         let slots = memory.as_chunks_mut().0;
         let mask = (slots.len() / 2 + 1).next_power_of_two() - 1;
         Self { model, weights, slots, mask }
@@ -99,13 +99,16 @@ impl<'m, 'b, W: Word> Fitted<'m, 'b, W> {
     fn work_out(&mut self, at: [u16; 3], number: usize, tag: u32) -> f32 {
         let Some(brick) = self.model.brick_at(at) else { return 0.0 };
         let voxel = number.wrapping_sub(brick.first);
-        let mut values = [f32::from(brick.mean(voxel)) / 256.0; 8];
-        if !self.weights.is_empty() {
-            let mut corners = Corners::new(&brick);
-            corners.push(0, brick.basis(voxel));
-            corners.add_sums(self.weights, &mut values);
+        // 1/256 voxel is 2⁹ of the weights' units.
+        let mut sum = i32::from(brick.mean(voxel)) << (WEIGHT_BITS - 8);
+        for (part, weights) in self.weights.parts().iter().enumerate() {
+            let mut scaled = [0; MODES];
+            scale(&mut scaled, weights, brick.exponents().get(part * MODES..).unwrap_or(&[]));
+            let basis = padded(brick.basis(voxel).get(part * MODES..).unwrap_or(&[]));
+            let [dot] = dots(&scaled, [&basis]);
+            sum = sum.wrapping_add(dot);
         }
-        let [distance, ..] = values;
+        let distance = sum as f32 / (1u32 << WEIGHT_BITS) as f32;
         if let Some(slot) = self.slots.get_mut(number & self.mask) {
             *slot = [W::store(tag), W::store(distance.to_bits())];
         }

@@ -294,7 +294,12 @@ impl<'a> Model<'a> {
     #[inline]
     pub fn brick_number(&self, voxel: [u16; 3]) -> Option<usize> {
         let edge = u16::from(self.grid.brick());
-        let cell = voxel.map(|v| v.checked_div(edge).unwrap_or(0));
+        self.brick_of_cell(voxel.map(|v| v.checked_div(edge).unwrap_or(0)))
+    }
+
+    /// Number of the brick at a position of the grid of bricks, if it is stored.
+    #[inline]
+    pub fn brick_of_cell(&self, cell: [u16; 3]) -> Option<usize> {
         let sides = self.grid.brick_sides();
         if cell.iter().zip(sides).any(|(&c, side)| c >= side) {
             return None;
@@ -422,8 +427,8 @@ impl<'a> Brick<'a> {
     #[inline]
     pub fn row(&self, y: u8, z: u8) -> Row {
         let at = (usize::from(z) * usize::from(self.edge) + usize::from(y)) * ROW_BYTES;
-        let mask = self.rows.get(at).copied().unwrap_or(0);
-        Row { mask, before: read_u16(self.rows, at + 1) }
+        let row = self.rows.get(at..).and_then(|rows| rows.first_chunk());
+        row.map_or(Row::default(), |&[mask, low, high]| Row { mask, before: u16::from_le_bytes([low, high]) })
     }
 
     /// Exponents E of the modes: b' = basis · 2^-E.

@@ -12,91 +12,168 @@
 //! ```
 //!
 //! J are the rows' modes, P their motion x of the pose. The last line is what the patch adds to the normal
-//! equations of v and x once w is eliminated. All of it happens in place in the patch's packed sums.
+//! equations of v and x once w is eliminated. All of it happens in place in the patch's packed sums: sweeping them by
+//! a pivot p of S, for all other i and j
+//!
+//! ```text
+//! a_ij -= a_ip a_jp / a_pp,     a_ip /= a_pp,     a_pp = -1 / a_pp
+//! ```
+//!
+//! leaves -S⁻¹, S⁻¹ H, the last xx and the last x once it is done for all. Four pivots at a time share the loads and
+//! stores of the sums.
 
-use crate::cholesky::{factor_row, inner, packed, row, solve_row};
+use crate::cholesky::packed;
+use crate::pose_row::MOST;
 
 /// Turns the sums of a patch's points into those of a patch with weights of its own. `sums` holds the packed lower
 /// triangle of Σ w row rowᵀ for `unknowns` unknowns, the first `modes` of them the weights, then Σ w r row. `own` is
 /// δ > 0, in units of Σ w b'².
 pub fn eliminate_own_weights(sums: &mut [f32], modes: usize, unknowns: usize, own: f32) {
     for i in 0..modes {
-        let Some((above, current)) = split(sums, i, i + 1) else { return };
-        current.last_mut().into_iter().for_each(|diagonal| *diagonal += own);
-        factor_row(above, current);
+        sums.get_mut(packed(i) + i).into_iter().for_each(|diagonal| *diagonal += own);
     }
     // The vector is one more row, without a diagonal.
-    for i in modes..=unknowns {
-        let Some((above, current)) = split(sums, i, unknowns.min(i + 1)) else { return };
-        solve_row(above, current, modes);
-        reduce_row(above, current, modes);
+    let rows = (unknowns + 1).min(MOST);
+    let together = modes / PIVOTS * PIVOTS;
+    let mut room = [[[0.0; PIVOTS]; MOST]; 2];
+    if let Some(mut sweep) = Sweep::new(&mut room, rows) {
+        (0..together).step_by(PIVOTS).for_each(|pivot| sweep.by(sums, pivot));
     }
-    for i in 0..modes {
-        let Some((above, current)) = split(sums, i, i + 1) else { return };
-        invert_row(above, current);
+    let mut room = [[[0.0]; MOST]; 2];
+    if let Some(mut sweep) = Sweep::new(&mut room, rows) {
+        (together..modes).for_each(|pivot| sweep.by(sums, pivot));
     }
-    for i in modes..=unknowns {
-        let Some((above, current)) = split(sums, i, modes) else { return };
-        times_rows(above, current);
-        current.iter_mut().for_each(|value| *value *= own);
-    }
-    square(sums, modes, own);
-}
-
-/// The rows before row `i`, and the first `length` entries from its beginning.
-fn split(sums: &mut [f32], i: usize, length: usize) -> Option<(&[f32], &mut [f32])> {
-    let (above, rest) = sums.split_at_mut_checked(packed(i))?;
-    Some((above, rest.get_mut(..length)?))
-}
-
-/// Takes Hᵀ S⁻¹ H out of a row whose first `modes` entries are L⁻¹ of what they were; `above` holds the rows before it,
-/// likewise.
-fn reduce_row(above: &[f32], current: &mut [f32], modes: usize) {
-    let Some((solved, rest)) = current.split_at_mut_checked(modes) else { return };
-    for (k, value) in rest.iter_mut().enumerate() {
-        // The diagonal's row is this one.
-        let other = above.get(packed(modes + k)..).and_then(|row| row.get(..modes)).unwrap_or(solved);
-        *value -= inner(solved, other);
+    for i in 0..=unknowns {
+        let Some(row) = sums.get_mut(packed(i)..) else { return };
+        let factor = if i < modes { own * own } else { own };
+        row.iter_mut().take(modes.min(i + 1)).for_each(|value| *value *= factor);
+        row.get_mut(i).into_iter().filter(|_| i < modes).for_each(|diagonal| *diagonal += own);
     }
 }
 
-/// Turns row i of L into that of M = L⁻¹; `above` holds the rows of M before it.
-fn invert_row(above: &[f32], current: &mut [f32]) {
-    let Some((pivot, left)) = current.split_last_mut() else { return };
-    times_rows(above, left);
-    *pivot = 1.0 / *pivot;
-    left.iter_mut().for_each(|value| *value *= -*pivot);
+/// Pivots at a time.
+const PIVOTS: usize = 4;
+
+/// A sweep of packed sums by `P` pivots.
+struct Sweep<'s, const P: usize> {
+    /// The pivots' columns.
+    columns: &'s mut [[f32; P]],
+    /// Each column as it was when it was the pivot's turn.
+    before: &'s mut [[f32; P]],
+    /// One over the pivots.
+    inverse: [f32; P],
+    /// The first pivot.
+    pivot: usize,
 }
 
-/// Turns a row y into Mᵀ y; `factor` holds the rows of M.
-fn times_rows(factor: &[f32], current: &mut [f32]) {
-    for k in 0..current.len() {
-        let Some(share) = current.get_mut(k).map(core::mem::take) else { return };
-        add(current, share, row(factor, k));
+impl<'s, const P: usize> Sweep<'s, P> {
+    /// Of columns of `rows` rows.
+    fn new([columns, before]: &'s mut [[[f32; P]; MOST]; 2], rows: usize) -> Option<Self> {
+        let (columns, before) = (columns.get_mut(..rows)?, before.get_mut(..rows)?);
+        Some(Self { columns, before, inverse: [0.0; P], pivot: 0 })
     }
-}
 
-/// Turns the rows of M into those of δ I - δ² Mᵀ M.
-fn square(sums: &mut [f32], modes: usize, own: f32) {
-    for i in 0..modes {
-        let Some((before, later)) = sums.split_at_mut_checked(packed(i + 1)) else { return };
-        let Some(current) = before.get_mut(packed(i)..) else { return };
-        let diagonal = current.last().copied().unwrap_or(0.0);
-        current.iter_mut().for_each(|value| *value *= diagonal);
-        let mut rest = &*later;
-        for length in i + 2..=modes {
-            let Some((next, tail)) = rest.split_at_checked(length) else { return };
-            add(current, next.get(i).copied().unwrap_or(0.0), next);
-            rest = tail;
+    /// Sweeps by the pivots from `pivot` on: first their columns, then all sums.
+    #[inline(never)]
+    fn by(&mut self, sums: &mut [f32], pivot: usize) {
+        self.pivot = pivot;
+        (0..P).for_each(|column| self.gather(sums, column));
+        (0..P).for_each(|turn| self.turn(turn));
+        self.reduce(sums);
+        (0..P).for_each(|column| self.scatter(sums, column));
+    }
+
+    /// Copies a column of the symmetric matrix, and its entry of the vector.
+    fn gather(&mut self, sums: &[f32], column: usize) {
+        let mut at = packed(self.pivot + column);
+        for (row, slots) in self.columns.iter_mut().enumerate() {
+            if let (Some(slot), Some(&value)) = (slots.get_mut(column), sums.get(at)) {
+                *slot = value;
+            }
+            at += step(row, self.pivot + column);
         }
-        current.iter_mut().for_each(|value| *value *= -own * own);
-        current.last_mut().into_iter().for_each(|diagonal| *diagonal += own);
+    }
+
+    /// Sweeps the columns by one of the pivots.
+    #[inline(always)]
+    fn turn(&mut self, turn: usize) {
+        let pivot = self.pivot + turn;
+        let mut shares = [0.0; P];
+        for (share, values) in shares.iter_mut().zip(self.columns.iter().skip(self.pivot)) {
+            *share = values.get(turn).copied().unwrap_or(0.0);
+        }
+        let inverse = reciprocal(shares.get(turn).copied().unwrap_or(0.0));
+        let shares = shares.map(|share| share * inverse);
+        for (values, before) in self.columns.iter_mut().zip(self.before.iter_mut()) {
+            let Some(&mut value) = values.get_mut(turn) else { return };
+            before.get_mut(turn).into_iter().for_each(|before| *before = value);
+            values.iter_mut().zip(shares).for_each(|(other, share)| *other -= value * share);
+            values.get_mut(turn).into_iter().for_each(|own| *own = value * inverse);
+        }
+        if let (Some(values), Some(slot)) = (self.columns.get_mut(pivot), self.inverse.get_mut(turn)) {
+            (*values, *slot) = (shares, inverse);
+            values.get_mut(turn).into_iter().for_each(|own| *own = -inverse);
+        }
+    }
+
+    /// Takes the products of the columns' entries, over their pivots, out of all sums.
+    fn reduce(&self, sums: &mut [f32]) {
+        let factors = |row: usize| {
+            let mut factors = self.before.get(row).copied().unwrap_or([0.0; P]);
+            factors.iter_mut().zip(self.inverse).for_each(|(factor, inverse)| *factor *= inverse);
+            factors
+        };
+        let mut rest = sums;
+        for row in (0..self.before.len()).step_by(2) {
+            let (line, tail) = start(rest, row + 1);
+            let (after, tail) = start(tail, row + 2);
+            rest = tail;
+            self.reduce_lines(line, after, factors(row), factors(row + 1));
+        }
+    }
+
+    /// The same for two lines; the second may be longer by one, or empty.
+    #[inline(never)]
+    fn reduce_lines(&self, line: &mut [f32], after: &mut [f32], first: [f32; P], second: [f32; P]) {
+        let reduced = |sum: f32, factors: [f32; P], values: &[f32; P]| {
+            factors.into_iter().zip(values).fold(sum, |sum, (factor, value)| sum - factor * value)
+        };
+        let both = line.len().min(after.len());
+        let ((line, line_end), (after, after_end)) = (start(line, both), start(after, both));
+        let (columns, ends) = self.before.split_at_checked(both).unwrap_or_default();
+        for ((line, after), values) in line.iter_mut().zip(after).zip(columns) {
+            (*line, *after) = (reduced(*line, first, values), reduced(*after, second, values));
+        }
+        line_end.iter_mut().zip(ends).for_each(|(sum, values)| *sum = reduced(*sum, first, values));
+        after_end.iter_mut().zip(ends).for_each(|(sum, values)| *sum = reduced(*sum, second, values));
+    }
+
+    /// Copies a column back.
+    fn scatter(&self, sums: &mut [f32], column: usize) {
+        let mut at = packed(self.pivot + column);
+        for (row, values) in self.columns.iter().enumerate() {
+            if let (Some(&value), Some(slot)) = (values.get(column), sums.get_mut(at)) {
+                *slot = value;
+            }
+            at += step(row, self.pivot + column);
+        }
     }
 }
 
-/// Adds a multiple of a row to another.
-fn add(to: &mut [f32], share: f32, from: &[f32]) {
-    to.iter_mut().zip(from).for_each(|(to, &from)| *to += share * from);
+/// One over a pivot; 0 where it is not positive, as for a direction nothing is known about.
+fn reciprocal(pivot: f32) -> f32 {
+    if pivot > 0.0 { 1.0 / pivot } else { 0.0 }
+}
+
+/// From (row, column) to (row + 1, column) of a symmetric matrix in the packed lower triangle, where (row, column) with a
+/// larger column is (column, row).
+const fn step(row: usize, column: usize) -> usize {
+    if row < column { 1 } else { row + 1 }
+}
+
+/// As [`split_at_mut`](slice::split_at_mut), at the end if it is nearer.
+fn start(values: &mut [f32], length: usize) -> (&mut [f32], &mut [f32]) {
+    values.split_at_mut_checked(length.min(values.len())).unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -104,7 +181,6 @@ mod tests {
     extern crate std;
     use super::*;
     use crate::cholesky::solve;
-    use crate::normal_sums::add_row;
     use std::vec::Vec;
 
     const OWN: f32 = 0.7;
@@ -116,6 +192,13 @@ mod tests {
         ([0.25, -1.0, -0.6], 1.1, 0.8),
         ([0.1, 0.4, -1.5], 0.2, 1.0),
     ];
+
+    /// Adds w row rowᵀ (packed lower triangle), then w r row.
+    fn add_row(sums: &mut [f32], row: &[f32], residual: f32, weight: f32) {
+        let lines = row.iter().enumerate().flat_map(|(i, &a)| row[..=i].iter().map(move |&b| a * b));
+        let products = lines.chain(row.iter().map(|&a| a * residual));
+        sums.iter_mut().zip(products).for_each(|(sum, product)| *sum += weight * product);
+    }
 
     fn solved(sums: &[f32], unknowns: usize) -> Vec<f64> {
         let mut sums: Vec<f64> = sums.iter().map(|&v| f64::from(v)).collect();
@@ -140,6 +223,26 @@ mod tests {
         }
         eliminate_own_weights(&mut short, 2, 3, OWN);
         let (short, long) = (solved(&short, 3), solved(&long, 5));
+        assert!(short.iter().zip(&long).all(|(a, b)| (a - b).abs() < 1e-4), "{short:?} {long:?}");
+    }
+
+    /// Seven modes are four pivots at a time, and three singly.
+    #[test]
+    fn many_eliminated_weights_are_unknowns_that_were_solved_for() {
+        let row = |n: usize| core::array::from_fn::<f32, 9, _>(|k| libm::sinf((n * 31 + k * k * 7) as f32));
+        let mut short = [0.0f32; packed(9) + 9];
+        let mut long = [0.0f32; packed(16) + 16];
+        for n in 0..20 {
+            let (row, residual, weight) = (row(n), libm::cosf(n as f32), 1.0 / (1 + n % 3) as f32);
+            add_row(&mut short, &row, residual, weight);
+            let mut both = [0.0; 16];
+            both[..9].copy_from_slice(&row);
+            both[9..].copy_from_slice(&row[..7]);
+            add_row(&mut long, &both, residual, weight);
+        }
+        (9..16).for_each(|i| long[packed(i) + i] += OWN - 0.05);
+        eliminate_own_weights(&mut short, 7, 9, OWN);
+        let (short, long) = (solved(&short, 9), solved(&long, 16));
         assert!(short.iter().zip(&long).all(|(a, b)| (a - b).abs() < 1e-4), "{short:?} {long:?}");
     }
 

@@ -17,22 +17,24 @@
 //! A tied pose has a prior as the weights have one: σ is how far the training shapes' own poses lay apart.
 //!
 //! Steps are limited to 0.15 rad, 5 % and 8 mm. The rigid iterations use the far field where the band is
-//! not stored. Arithmetic is f32 through libm, sums in a fixed order: the same bits on every processor.
+//! not stored. Rows are integers ([`crate::pose_row`]) and their products exact sums ([`crate::columns`]); the rest is
+//! f32 through libm in a fixed order, and f64 in the solve: the same bits on every processor.
 
 use crate::cholesky::{packed, solve};
 use crate::cloud::Cloud;
+use crate::columns::{Column, clear_from, products, set_row};
+use crate::cube::Cube;
 use crate::error::{Buffer, Error};
 use crate::model::Model;
-use crate::normal_sums::{BLOCK, add_block};
 use crate::patch::eliminate_own_weights;
-use crate::pose::{Pose, cross, dot, zip};
-use crate::sample;
+use crate::pose::{Pose, dot, zip};
+use crate::pose_row::{EXTRA, MOST, Rows};
 use crate::workspace::{Progress, first};
 use core::ops::Range;
 use serde::{Deserialize, Serialize};
 
-/// Points that have weights of their own, taken in one step.
-pub const PATCH: usize = 96;
+pub use crate::columns::PATCH;
+
 /// λ of the weights for each of the N points, class millimetres squared.
 pub const RIDGE: f64 = 1e-3;
 /// δ of a patch's own weights around those of the whole, likewise: they may differ by as much as shapes do.
@@ -47,6 +49,8 @@ const FEWEST: usize = 16;
 pub struct Round {
     /// How many.
     pub iterations: u16,
+    /// Most points used: what a later round refines may be rough.
+    pub points: usize,
     /// Misfit scale c, class millimetres.
     pub misfit: f32,
     /// Whether the scale may change.
@@ -60,16 +64,35 @@ pub struct Round {
     pub tied: bool,
 }
 
-/// Rigid, with scale, then joint.
-pub const ROUNDS: [Round; 3] = [
-    Round { iterations: 4, misfit: 16.0, growth: false, shape: false, own: false, tied: false },
-    Round { iterations: 3, misfit: 8.0, growth: true, shape: false, own: false, tied: false },
-    Round { iterations: 8, misfit: 2.5, growth: true, shape: true, own: true, tied: false },
+/// Rigid, with scale, joint with half of the points, then with all.
+pub const ROUNDS: [Round; 4] = [
+    Round { iterations: 4, points: 400, misfit: 16.0, growth: false, shape: false, own: false, tied: false },
+    Round { iterations: 3, points: 400, misfit: 8.0, growth: true, shape: false, own: false, tied: false },
+    Round { iterations: 4, points: 800, misfit: 2.5, growth: true, shape: true, own: true, tied: false },
+    Round {
+        iterations: 4,
+        points: usize::MAX,
+        misfit: 2.5,
+        growth: true,
+        shape: true,
+        own: true,
+        tied: false,
+    },
 ];
 
 /// Joint only: for a pose that is exact in the frame the training shapes were given in.
-pub const EXACT: [Round; 1] =
-    [Round { iterations: 8, misfit: 2.5, growth: true, shape: true, own: true, tied: true }];
+pub const EXACT: [Round; 2] = [
+    Round { iterations: 4, points: 800, misfit: 2.5, growth: true, shape: true, own: true, tied: true },
+    Round {
+        iterations: 4,
+        points: usize::MAX,
+        misfit: 2.5,
+        growth: true,
+        shape: true,
+        own: true,
+        tied: true,
+    },
+];
 
 /// How well a pose is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -98,8 +121,8 @@ pub struct PoseBuffers<'b> {
     pub normal: &'b mut [f64],
     /// [`sums_len`] elements.
     pub chunk: &'b mut [f32],
-    /// [`row_len`] elements: the rows of a block of points.
-    pub row: &'b mut [f32],
+    /// [`columns_len`] columns: the rows of a patch of points, transposed.
+    pub columns: &'b mut [Column],
     /// Weights v, one a mode, standard deviations.
     pub weights: &'b mut [f32],
 }
@@ -107,7 +130,7 @@ pub struct PoseBuffers<'b> {
 impl PoseBuffers<'_> {
     /// The same memory, lent on for a while.
     pub const fn reborrow(&mut self) -> PoseBuffers<'_> {
-        PoseBuffers { normal: self.normal, chunk: self.chunk, row: self.row, weights: self.weights }
+        PoseBuffers { normal: self.normal, chunk: self.chunk, columns: self.columns, weights: self.weights }
     }
 }
 
@@ -116,9 +139,9 @@ pub const fn sums_len(modes: usize) -> usize {
     packed(modes + POSE) + modes + POSE
 }
 
-/// Elements of `row`.
-pub const fn row_len(modes: usize) -> usize {
-    BLOCK * (modes + POSE)
+/// Elements of `columns`.
+pub const fn columns_len(modes: usize) -> usize {
+    modes + EXTRA
 }
 
 /// How well the points lie on the model.
@@ -137,6 +160,7 @@ pub struct Agreement {
 #[derive(Debug)]
 pub struct PoseFit<'a, 'b> {
     model: &'a Model<'a>,
+    rows: Rows<'a>,
     cloud: Cloud<'a>,
     /// Points used.
     count: usize,
@@ -178,7 +202,7 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         let buffers = PoseBuffers {
             normal: first(buffers.normal, sums_len(modes), Buffer::Normal)?,
             chunk: first(buffers.chunk, sums_len(modes), Buffer::Block)?,
-            row: first(buffers.row, row_len(modes), Buffer::Cell)?,
+            columns: first(buffers.columns, columns_len(modes), Buffer::Columns)?,
             weights: first(buffers.weights, modes, Buffer::Weights)?,
         };
         buffers.weights.fill(0.0);
@@ -190,6 +214,7 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         let agreement = Agreement::default();
         Ok(Self {
             model,
+            rows: Rows::new(model),
             cloud,
             count,
             rounds,
@@ -212,8 +237,9 @@ impl<'a, 'b> PoseFit<'a, 'b> {
             (self.round, self.iteration) = (self.round + 1, 0);
         }
         let round = *self.rounds.get(self.round)?;
-        if self.next < self.count {
-            let end = (self.next + PATCH).min(self.count);
+        let count = self.points(&round);
+        if self.next < count {
+            let end = (self.next + PATCH).min(count);
             self.add_patch(self.next..end, &round);
             self.next = end;
         } else {
@@ -223,8 +249,8 @@ impl<'a, 'b> PoseFit<'a, 'b> {
             self.buffers.normal.fill(0.0);
         }
         self.done = self.done.saturating_add(1);
-        let iterations: usize = self.rounds.iter().map(|round| usize::from(round.iterations)).sum();
-        let total = iterations * (self.count.div_ceil(PATCH) + 1);
+        let steps = |round: &Round| usize::from(round.iterations) * (self.points(round).div_ceil(PATCH) + 1);
+        let total: usize = self.rounds.iter().map(steps).sum();
         Some(Progress { done: self.done, total: total as u32 })
     }
 
@@ -249,14 +275,21 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         self.agreement
     }
 
+    /// Points used in a round.
+    fn points(&self, round: &Round) -> usize {
+        self.count.min(round.points)
+    }
+
     /// Adds the points of a patch, less what weights of its own explain.
     fn add_patch(&mut self, points: Range<usize>, round: &Round) {
+        self.rows.set(round, self.pose.apply(self.mean), self.buffers.weights);
+        self.fill_columns(points, self.points(round));
         let modes = if round.shape { self.model.modes() } else { 0 };
-        self.buffers.chunk.fill(0.0);
-        self.add_points(points, round, modes + POSE);
+        let columns = self.buffers.columns.get(..self.rows.entries()).unwrap_or(&[]);
+        products(columns, &self.rows.units(), self.buffers.chunk);
         // Without the shape there is nothing to differ from.
         if round.shape && round.own {
-            let own = ridge(OWN_RIDGE, self.count, self.model) as f32;
+            let own = ridge(OWN_RIDGE, self.points(round), self.model) as f32;
             eliminate_own_weights(self.buffers.chunk, modes, modes + POSE, own);
         }
         // In the rigid rounds only the first sums are used, and adding in double precision is dear where it is soft.
@@ -267,38 +300,24 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         }
     }
 
-    /// Adds the rows of points to the sums of a patch.
-    fn add_points(&mut self, points: Range<usize>, round: &Round, unknowns: usize) {
-        let rows = self.buffers.row.get_mut(..BLOCK * unknowns).unwrap_or_default();
-        let (mut residuals, mut shares, mut count) = ([0.0; BLOCK], [0.0; BLOCK], 0);
-        let centre = self.pose.apply(self.mean);
+    /// Fills the columns with the rows of points.
+    fn fill_columns(&mut self, points: Range<usize>, count: usize) {
+        let columns = self.buffers.columns.get_mut(..self.rows.entries()).unwrap_or_default();
+        let (mut row, mut cube, mut filled) = ([0; MOST], Cube::new(), 0);
         for index in points {
             // At least FEWEST points, so never a division by zero.
-            let index = index.saturating_mul(self.cloud.len()).checked_div(self.count).unwrap_or(0);
+            let index = index.saturating_mul(self.cloud.len()).checked_div(count).unwrap_or(0);
             let Some((point, _)) = self.cloud.point(index) else { continue };
-            let q = self.pose.apply(point);
-            let row = rows.get_mut(count * unknowns..).and_then(|row| row.get_mut(..unknowns));
-            let Some((residual, weight)) =
-                row.and_then(|row| fill_row(self.model, q, centre, round, self.buffers.weights, row))
-            else {
+            let Some((residual, weight)) = self.rows.fill(self.pose.apply(point), &mut cube, &mut row) else {
                 continue;
             };
+            set_row(columns, filled, &row);
             self.running.weight += weight;
             self.running.squared += weight * residual * residual;
             self.running.on_support += 1;
-            if let (Some(r), Some(w)) = (residuals.get_mut(count), shares.get_mut(count)) {
-                (*r, *w) = (residual, weight);
-            }
-            count += 1;
-            if count == BLOCK {
-                add_block(self.buffers.chunk, unknowns, split(rows, unknowns), residuals, shares);
-                (count, shares) = (0, [0.0; BLOCK]);
-            }
+            filled += 1;
         }
-        if count > 0 {
-            rows.get_mut(count * unknowns..).unwrap_or_default().fill(0.0);
-            add_block(self.buffers.chunk, unknowns, split(rows, unknowns), residuals, shares);
-        }
+        clear_from(columns, filled);
     }
 
     fn solve(&mut self, round: &Round) {
@@ -308,9 +327,9 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         if self.running.on_support < FEWEST as u32 || total <= 0.0 {
             return;
         }
+        let prior = ridge(RIDGE, self.points(round), self.model);
         let Some((matrix, rest)) = self.buffers.normal.split_at_mut_checked(packed(unknowns)) else { return };
         let Some(vector) = rest.get_mut(..unknowns) else { return };
-        let prior = ridge(RIDGE, self.count, self.model);
         let ties = ties(self.model, round);
         let shape = self.buffers.weights.iter().take(modes).map(|&weight| (1.0, weight));
         for (i, (tie, value)) in shape.chain(ties.into_iter().zip(self.moved)).enumerate() {
@@ -343,51 +362,6 @@ fn ties(model: &Model<'_>, round: &Round) -> [f64; POSE] {
     let [turn, shift, growth] = [jitter.turn, jitter.shift, jitter.growth]
         .map(|spread| 1.0 / (f64::from(spread) * f64::from(spread)));
     [turn, turn, turn, shift, shift, shift, growth]
-}
-
-/// Fills the row of a place `q`, turned about `centre` (voxels): one entry a mode, then seven of the motion. Residual
-/// r and weight w where it counts; `None` off the model, or too far from its surface.
-pub fn fill_row(
-    model: &Model<'_>,
-    q: [f32; 3],
-    centre: [f32; 3],
-    round: &Round,
-    weights: &[f32],
-    row: &mut [f32],
-) -> Option<(f32, f32)> {
-    let modes = row.len().checked_sub(POSE)?;
-    let (shape, motion) = row.split_at_mut_checked(modes)?;
-    let millimetre = model.header().scales.millimetre;
-    let misfit = round.misfit * millimetre;
-    let (distance, gradient) = if round.shape {
-        sample::band(model, q, weights, Some(shape))?
-    } else {
-        sample::band(model, q, &[], None).or_else(|| sample::far(model, q))?
-    };
-    let steepness = libm::sqrtf(dot(gradient, gradient)).max(0.3);
-    let residual = distance / steepness;
-    if residual.is_nan() || residual.abs() >= (15.0 * millimetre).max(2.0 * misfit) {
-        return None;
-    }
-    for value in shape {
-        *value /= steepness;
-    }
-    let normal = gradient.map(|g| g / steepness);
-    let arm = zip(q, centre, |a, b| a - b);
-    let [a, b, c] = cross(arm, normal);
-    let [x, y, z] = normal;
-    let values = [a, b, c, x, y, z, dot(arm, normal) - residual];
-    for (slot, value) in motion.iter_mut().zip(values) {
-        *slot = value;
-    }
-    let ratio = residual / misfit;
-    Some((residual, 1.0 / (1.0 + ratio * ratio)))
-}
-
-/// The rows of a block.
-fn split(rows: &[f32], unknowns: usize) -> [&[f32]; BLOCK] {
-    let mut rows = rows.chunks_exact(unknowns.max(1));
-    core::array::from_fn(|_| rows.next().unwrap_or(&[]))
 }
 
 /// A ridge given for each of `count` points in class millimetres squared, in voxels squared.

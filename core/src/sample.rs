@@ -1,6 +1,5 @@
-//! Trilinear samples of the mean and the modes at a continuous position.
+//! Trilinear samples at a continuous position: places, and the mean's far field.
 
-use crate::corners::Corners;
 use crate::model::Model;
 
 /// Lowest corner of a cell and the position within it, each coordinate within 0..1.
@@ -43,6 +42,26 @@ impl Place {
         [nx * a, x * a, nx * b, x * b, nx * c, x * c, nx * d, x * d]
     }
 
+    /// The same in integers that add up to `1 << bits`, at most 2¹⁰; the last corner takes what rounding leaves.
+    pub fn shares(&self, bits: u32) -> [i16; 8] {
+        let one = 1i32 << bits.min(10);
+        let [x, y, z] = self.within.map(|t| (t * one as f32) as i32);
+        let (nx, ny, nz) = (one - x, one - y, one - z);
+        let (a, b, c) = (ny * nz, y * nz, ny * z);
+        let share = |u: i32, v: i32| ((u * v) >> (2 * bits.min(10))) as i16;
+        let shares = [
+            share(nx, a),
+            share(x, a),
+            share(nx, b),
+            share(x, b),
+            share(nx, c),
+            share(x, c),
+            share(nx, y * z),
+        ];
+        let [p, q, r, s, t, u, v] = shares;
+        [p, q, r, s, t, u, v, one as i16 - (p + q + r + s + t + u + v)]
+    }
+
     /// Value and gradient of the trilinear interpolation of eight corner values.
     pub fn interpolate(&self, v: &[f32; 8]) -> (f32, [f32; 3]) {
         let [x, y, z] = self.within;
@@ -69,66 +88,6 @@ pub fn far(model: &Model<'_>, at: [f32; 3]) -> Option<(f32, [f32; 3])> {
     Some((value, gradient.map(|g| g / step)))
 }
 
-/// Distance Φ = M + b'·v and its gradient at `at` (voxels), for the weights `v` in standard deviations.
-/// With `modes`, also the interpolated b' of the first `modes.len()` modes, voxels per standard deviation.
-/// `None` unless all eight voxels around `at` are stored.
-pub fn band(
-    model: &Model<'_>,
-    at: [f32; 3],
-    weights: &[f32],
-    mut modes: Option<&mut [f32]>,
-) -> Option<(f32, [f32; 3])> {
-    let place = Place::new(at, 1)?;
-    let edge = model.grid().brick();
-    let low = place.corner.map(|v| v.checked_rem(u16::from(edge)).unwrap_or(0) as u8);
-    // Bit i: along axis i the second corner lies in the next brick.
-    let [x, y, z] = low.map(|v| usize::from(v + 1 == edge));
-    let crossing = x | y << 1 | z << 2;
-    let mut values = [0.0f32; 8];
-    if let Some(modes) = modes.as_deref_mut() {
-        modes.fill(0.0);
-    }
-    for group in (0..8).filter(|group| group & !crossing == 0) {
-        let brick = model.brick_at(place.position(group))?;
-        let mut corners = Corners::new(&brick);
-        // Two corners along x are a pair: one row, and mostly two voxels side by side.
-        for (pair, values) in values.as_chunks_mut::<2>().0.iter_mut().enumerate() {
-            let second = pair << 1;
-            if second & crossing != group & 6 {
-                continue;
-            }
-            let within = |axis: usize, low: u8| {
-                let second = (second >> axis & 1) as u8;
-                if crossing >> axis & 1 == 0 { low + second } else { low * (1 - second) }
-            };
-            let [x, y, z] = low;
-            let row = brick.row(within(1, y), within(2, z));
-            let x = if group & 1 == 0 { x } else { 0 };
-            let voxel = row.voxel(x)?;
-            let mut take = |c: usize, voxel: usize| {
-                if let Some(value) = values.get_mut(c) {
-                    *value = f32::from(brick.mean(voxel)) / 256.0;
-                    corners.push((second | c) as u8, brick.basis(voxel));
-                }
-            };
-            take(group & 1, voxel);
-            if crossing & 1 == 0 {
-                if row.mask >> x & 2 == 0 {
-                    return None;
-                }
-                take(1, voxel + 1);
-            }
-        }
-        if !weights.is_empty() {
-            corners.add_sums(weights, &mut values);
-        }
-        if let Some(modes) = modes.as_deref_mut() {
-            corners.add_modes(&place.weights(), modes);
-        }
-    }
-    Some(place.interpolate(&values))
-}
-
 /// 2^-exponent.
 #[inline]
 pub fn power(exponent: u8) -> f32 {
@@ -150,6 +109,18 @@ mod tests {
         assert!((value - (1.0 + 0.5 - 1.5 + 3.0)).abs() < 1e-6);
         assert_eq!(gradient, [2.0, -3.0, 4.0]);
         assert!((place.weights().iter().sum::<f32>() - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn integer_shares_are_the_weights() {
+        for within in [[0.25, 0.5, 0.75], [0.0; 3], [0.999_999_9; 3], [0.1, 0.7, 0.013]] {
+            let place = Place { corner: [0; 3], within };
+            let shares = place.shares(8);
+            assert_eq!(shares.iter().sum::<i16>(), 256);
+            for (share, weight) in shares.into_iter().zip(place.weights()) {
+                assert!(share >= 0 && (f32::from(share) / 256.0 - weight).abs() < 8.0 / 256.0, "{shares:?}");
+            }
+        }
     }
 
     #[test]

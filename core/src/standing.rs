@@ -1,8 +1,9 @@
 //! How a measured point lies to the surface that was fitted together with the pose: part of it, or clutter.
 
+use crate::corners::Weights;
+use crate::cube::Cube;
 use crate::model::Model;
 use crate::pose::dot;
-use crate::sample;
 
 /// Points farther than this from the jointly fitted surface are clutter, class millimetres.
 const CLUTTER: f32 = 8.0;
@@ -21,12 +22,19 @@ pub enum Standing {
 }
 
 impl Standing {
-    /// Judges a point and its normal (voxels) against M + b'·`shape`.
-    pub fn of(model: &Model<'_>, point: [f32; 3], normal: [f32; 3], shape: &[f32]) -> Self {
-        Self::from_sample(model, sample::band(model, point, shape, None), normal)
+    /// Judges a point and its normal (voxels) against M + b'·`shape`. `cube` is room to look around in.
+    pub fn of<'a>(
+        model: &Model<'a>,
+        cube: &mut Cube<'a>,
+        point: [f32; 3],
+        normal: [f32; 3],
+        shape: &Weights,
+    ) -> Self {
+        let sample = cube.find(model, point).map(|cube| cube.distance(shape));
+        Self::from_sample(model, sample, normal)
     }
 
-    /// The same from the surface's distance and gradient at the point.
+    /// The same from the surface's distance and gradient at the point; `None` outside the band.
     pub fn from_sample(model: &Model<'_>, sample: Option<(f32, [f32; 3])>, normal: [f32; 3]) -> Self {
         let Some((distance, gradient)) = sample else { return Self::Other };
         let steepness = libm::sqrtf(dot(gradient, gradient)).max(0.3);

@@ -2,6 +2,7 @@
 
 use crate::arithmetic::Arithmetic;
 use crate::box_filter::dense_len;
+use crate::columns::PATCH;
 use crate::completion::Memory;
 use crate::error::{Buffer, Error};
 use crate::global_fit::normal_len;
@@ -9,7 +10,7 @@ use crate::gradient::{GROUP, MARGIN};
 use crate::hull_rows::rows_len;
 use crate::model::Model;
 use crate::nodes::{Extent, map_len};
-use crate::pose_fit::{row_len, sums_len};
+use crate::pose_fit::{columns_len, sums_len};
 use crate::schedule::Schedule;
 
 /// How far a job has come.
@@ -53,8 +54,8 @@ pub struct Sizes {
     pub global: usize,
     /// Sums of the pose fit, f64, and again f32.
     pub pose_sums: usize,
-    /// A row of the pose fit, f32.
-    pub pose_row: usize,
+    /// Columns of the pose fit, [`PATCH`] of i16.
+    pub pose_columns: usize,
 }
 
 impl Sizes {
@@ -82,7 +83,7 @@ impl Sizes {
             block: normal_len(modes),
             global: modes,
             pose_sums: sums_len(modes),
-            pose_row: row_len(modes),
+            pose_columns: columns_len(modes),
         })
     }
 
@@ -95,7 +96,7 @@ impl Sizes {
         let buffers = [
             (pose.normal.len(), self.pose_sums, Buffer::Normal),
             (pose.chunk.len(), self.pose_sums, Buffer::Block),
-            (pose.row.len(), self.pose_row, Buffer::Cell),
+            (pose.columns.len(), self.pose_columns, Buffer::Columns),
             (pose.weights.len(), self.global, Buffer::Weights),
             (targets.len(), self.targets, Buffer::Targets),
             (normal.len(), self.normal, Buffer::Normal),
@@ -126,7 +127,8 @@ impl Sizes {
             + size_of::<A::Row>() * self.cell
             + 4 * (self.nodes + self.block)
             + 8 * (self.normal + self.global + self.pose_sums)
-            + 4 * (self.pose_sums + self.pose_row + self.global)
+            + 4 * (self.pose_sums + self.global)
+            + 2 * PATCH * self.pose_columns
     }
 }
 

@@ -1,6 +1,7 @@
 //! Runs the core's completion in buffers of the host: pose, hull, global fit, local fit, distances.
 
 use crate::points::PackedPoints;
+use lacuna::columns::{Column, PATCH};
 use lacuna::completion::{Memory, Outcome, Settings};
 use lacuna::format::digest;
 use lacuna::hull::{Hull, Target};
@@ -56,7 +57,7 @@ pub struct Digests {
 pub struct Buffers<A: Arithmetic> {
     pub sums: Vec<f64>,
     pub chunk: Vec<f32>,
-    pub row: Vec<f32>,
+    pub columns: Vec<Column>,
     pub shape: Vec<f32>,
     pub targets: Vec<i16>,
     pub normal: Vec<f64>,
@@ -79,7 +80,7 @@ impl<A: Arithmetic> Buffers<A> {
         Self {
             sums: vec![0.0; sizes.pose_sums],
             chunk: vec![0.0; sizes.pose_sums],
-            row: vec![0.0; sizes.pose_row],
+            columns: vec![[0; PATCH]; sizes.pose_columns],
             shape: vec![0.0; sizes.global],
             targets: vec![0; sizes.targets],
             normal: vec![0.0; sizes.normal],
@@ -103,7 +104,7 @@ impl<A: Arithmetic> Buffers<A> {
             pose: PoseBuffers {
                 normal: &mut self.sums,
                 chunk: &mut self.chunk,
-                row: &mut self.row,
+                columns: &mut self.columns,
                 weights: &mut self.shape,
             },
             targets: &mut self.targets,

@@ -49,7 +49,7 @@ fn sizes(model: &[u8]) -> Result<String, lacuna::Error> {
         ("BLOCK", s.block),
         ("GLOBAL", s.global),
         ("POSE_SUMS", s.pose_sums),
-        ("POSE_ROW", s.pose_row),
+        ("POSE_COLUMNS", s.pose_columns),
     ];
     Ok(sizes.map(|(name, size)| format!("pub const {name}: usize = {size};\n")).concat())
 }

@@ -56,7 +56,7 @@ fn a_buffer_one_element_short_is_refused_by_name() {
     let cases: [(Buffer, Shorten); 17] = [
         (Buffer::Normal, |b| _ = b.sums.pop()),
         (Buffer::Block, |b| _ = b.chunk.pop()),
-        (Buffer::Cell, |b| _ = b.row.pop()),
+        (Buffer::Columns, |b| _ = b.columns.pop()),
         (Buffer::Weights, |b| _ = b.shape.pop()),
         (Buffer::Targets, |b| _ = b.targets.pop()),
         (Buffer::Normal, |b| _ = b.normal.pop()),

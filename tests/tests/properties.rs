@@ -3,6 +3,9 @@
 use lacuna::arithmetic::{Kernel, Stride};
 use lacuna::box_filter::{box_sums, dense_len};
 use lacuna::corner_rows::Row;
+use lacuna::corners::Weights;
+use lacuna::cube::Cube;
+use lacuna::fitted::Fitted;
 use lacuna::gradient::{CellGradient, GROUP, MARGIN, Taken, trilinear};
 use lacuna::grid::position;
 use lacuna::hull::{Hull, Target};
@@ -94,6 +97,22 @@ proptest! {
         for (k, (found, weight)) in found.iter().zip(&weights).enumerate() {
             prop_assert!((found - weight).abs() < 0.05, "mode {}: {} for {}", k, found, weight);
         }
+    }
+
+    /// Voxel by voxel or point by point, the jointly fitted surface is the same to the last bit.
+    #[test]
+    fn kept_distances_are_those_of_a_single_look(weights in weights(), length in 1usize..5000) {
+        let model = model();
+        let shape: Vec<f32> = weights.iter().map(|&weight| weight as f32).collect();
+        let (shape, mut memory, mut cube) = (Weights::new(&shape), vec![0i32; length], Cube::new());
+        let mut kept = Fitted::new(&model, &shape, &mut memory);
+        let (points, mut stored) = (in_voxels(&head_points(1000), &voxel_pose(&model)), 0);
+        for &(point, _) in &points {
+            let single = cube.find(&model, point).map(|cube| cube.distance(&shape));
+            stored += usize::from(single.is_some());
+            prop_assert_eq!(kept.sample(point), single);
+        }
+        prop_assert!(2 * stored > points.len());
     }
 
     /// A perfect global fit leaves the local one nothing to do but rounding: 5.7 at most in eighty draws.

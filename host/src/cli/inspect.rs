@@ -4,7 +4,9 @@ use super::train::{Scatter, expected_error};
 use super::{Common, Failure, inputs, say};
 use crate::sentence::sentence;
 use crate::{io, modes, unit};
+use lacuna::columns::Column;
 use lacuna::format::{Calibration, Header, Jitter, Symmetry};
+use lacuna::pose_fit::{columns_len, sums_len};
 use lacuna::{Fixed, Model, Schedule, Sizes, schedule};
 use std::path::PathBuf;
 
@@ -119,7 +121,7 @@ fn report<'a>(model: &'a Model<'_>, bytes: usize) -> Result<Report<'a>, Failure>
         deviations: (0..modes).map(|k| model.deviation(k) * h.spacing).collect(),
         fit_bytes: sizes.bytes::<Fixed>(),
         fit_bytes_with_momentum: required(179)?.bytes::<Fixed>(),
-        pose_bytes: lacuna::pose_fit::sums_len(modes) * 12 + (lacuna::pose_fit::row_len(modes) + modes) * 4,
+        pose_bytes: sums_len(modes) * 12 + columns_len(modes) * size_of::<Column>() + modes * 4,
         calibration: model.calibration(),
     })
 }

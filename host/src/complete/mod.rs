@@ -28,6 +28,8 @@ use depth_rows::DepthScan;
 use fuse::Dense;
 use lacuna::cloud::CAPACITY;
 use lacuna::completion::Settings;
+use lacuna::corners::Weights;
+use lacuna::cube::Cube;
 use lacuna::pose_fit::{self, Round};
 use lacuna::{Arithmetic, Model, Reach, Schedule, Standing};
 use merge::{Limits, MEASURED, Merged};
@@ -298,10 +300,10 @@ fn without_clutter(model: &Model<'_>, start: &Start, fit: &Fit) -> OrientedPoint
     }
     let packed = start.packed();
     let cloud = packed.cloud();
-    let pose = &fit.outcome.pose;
+    let (pose, shape) = (&fit.outcome.pose, Weights::new(&fit.shape));
     let kept = |&i: &usize| {
         let Ok(Some((p, n))) = cloud.map(|cloud| cloud.point(i)) else { return false };
-        Standing::of(model, pose.apply(p), pose.rotate(n), &fit.shape) != Standing::Clutter
+        Standing::of(model, &mut Cube::new(), pose.apply(p), pose.rotate(n), &shape) != Standing::Clutter
     };
     let kept: Vec<usize> = (0..start.points.points.len()).filter(kept).collect();
     OrientedPoints {

@@ -5,7 +5,9 @@ use super::rank::Scored;
 use super::search::Candidate;
 use crate::mesh::Point;
 use crate::points::OrientedPoints;
-use lacuna::pose_fit::{ROUNDS, Round, row_len, sums_len};
+use lacuna::corners::Weights;
+use lacuna::cube::Cube;
+use lacuna::pose_fit::{PATCH, ROUNDS, Round, columns_len, sums_len};
 use lacuna::{Cloud, Model, Pose, PoseBuffers, PoseFit, Standing};
 use nalgebra::Similarity3;
 use rayon::prelude::*;
@@ -59,21 +61,21 @@ pub(super) fn refine(
 ) -> Result<Scored, lacuna::Error> {
     let modes = model.modes();
     let (mut normal, mut chunk) = (vec![0.0; sums_len(modes)], vec![0.0; sums_len(modes)]);
-    let (mut row, mut weights) = (vec![0.0; row_len(modes)], vec![0.0; modes]);
+    let (mut columns, mut weights) = (vec![[0; PATCH]; columns_len(modes)], vec![0.0; modes]);
     let packed = points.packed();
     let buffers =
-        PoseBuffers { normal: &mut normal, chunk: &mut chunk, row: &mut row, weights: &mut weights };
+        PoseBuffers { normal: &mut normal, chunk: &mut chunk, columns: &mut columns, weights: &mut weights };
     let (pose, _, weights) = PoseFit::new(model, packed.cloud()?, usize::MAX, pose, rounds, buffers)?.run();
-    let inliers = inlier_share(model, packed.cloud()?, &pose, weights);
+    let inliers = inlier_share(model, packed.cloud()?, &pose, &Weights::new(weights));
     let factor = f64::from(pose.scale) * f64::from(model.header().spacing);
     Ok(Scored { pose, explained: inliers * factor, inliers })
 }
 
 /// Share of points that lie on the fitted surface and face its way.
-fn inlier_share(model: &Model<'_>, cloud: Cloud<'_>, pose: &Pose, weights: &[f32]) -> f64 {
+fn inlier_share(model: &Model<'_>, cloud: Cloud<'_>, pose: &Pose, weights: &Weights) -> f64 {
     let points = (0..cloud.len()).filter_map(|i| cloud.point(i));
     let inlier = |&(p, n): &([f32; 3], [f32; 3])| {
-        Standing::of(model, pose.apply(p), pose.rotate(n), weights) == Standing::Inlier
+        Standing::of(model, &mut Cube::new(), pose.apply(p), pose.rotate(n), weights) == Standing::Inlier
     };
     points.filter(inlier).count() as f64 / cloud.len().max(1) as f64
 }

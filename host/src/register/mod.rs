@@ -170,7 +170,15 @@ pub fn refine_hint(model: &Model<'_>, scan: &Mesh, hint: &Placed) -> Result<Regi
 }
 
 /// Iterations that draw the model as a whole to a shape.
-const WHOLE: Round = Round { iterations: 8, misfit: 2.5, growth: true, shape: true, own: false, tied: false };
+const WHOLE: Round = Round {
+    iterations: 8,
+    points: usize::MAX,
+    misfit: 2.5,
+    growth: true,
+    shape: true,
+    own: false,
+    tied: false,
+};
 
 /// Refines a pose that is known well for the model as a whole: the pose in which it approximates a complete shape best.
 ///

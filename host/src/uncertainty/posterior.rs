@@ -13,20 +13,21 @@
 //! fit, each run of [`PATCH`] points has weights of its own around those of the whole ([`lacuna::patch`]).
 
 use crate::points::OrientedPoints;
+use lacuna::columns::{products, set_row};
 use lacuna::completion::POSE_POINTS;
-use lacuna::normal_sums::add_row;
+use lacuna::cube::Cube;
 use lacuna::patch::eliminate_own_weights;
-use lacuna::pose_fit::{OWN_RIDGE, PATCH, POSE, RIDGE, ROUNDS, Round, fill_row, ridge, sums_len};
+use lacuna::pose_fit::{OWN_RIDGE, PATCH, POSE, RIDGE, ROUNDS, columns_len, ridge, sums_len};
+use lacuna::pose_row::{MOST, Rows};
 use lacuna::{Model, Pose};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
 /// The posterior of weights and pose.
 pub struct Posterior<'a> {
-    model: &'a Model<'a>,
-    weights: &'a [f32],
-    /// Turns are about this point, voxels.
-    centre: [f32; 3],
+    rows: Rows<'a>,
+    /// Modes, and the pose's if it was estimated.
+    unknowns: usize,
     /// Whether the pose was estimated.
     posed: bool,
     ridge: f64,
@@ -40,7 +41,7 @@ impl<'a> Posterior<'a> {
         model: &'a Model<'a>,
         points: &OrientedPoints,
         pose: &Pose,
-        weights: &'a [f32],
+        weights: &[f32],
         posed: bool,
     ) -> Option<Self> {
         let count = points.points.len().min(POSE_POINTS);
@@ -52,34 +53,36 @@ impl<'a> Posterior<'a> {
         let sum = places.iter().fold([0.0f64; 3], |sum, p| std::array::from_fn(|a| sum[a] + f64::from(p[a])));
         let centre = sum.map(|s| (s / count.max(1) as f64) as f32);
         let unknowns = model.modes() + if posed { POSE } else { 0 };
-        let rows = Rows { model, weights, centre, unknowns };
+        let mut rows = Rows::new(model);
+        rows.set(&ROUNDS[ROUNDS.len() - 1], centre, weights);
         let own = ridge(OWN_RIDGE, count, model) as f32;
         let (mut matrix, mut total) = (DMatrix::zeros(unknowns, unknowns), 0.0);
         for patch in places.chunks(PATCH) {
-            total += rows.add_patch(patch, own, &mut matrix);
+            total += add_patch(&rows, patch, model.modes(), own, &mut matrix);
         }
         let ridge = ridge(RIDGE, count, model);
         for i in 0..unknowns {
             matrix[(i, i)] += if i < model.modes() { ridge } else { 1e-6 * total };
         }
         let factor = Cholesky::new(matrix)?;
-        (ridge > 0.0).then_some(Self { model, weights, centre, posed, ridge, factor })
+        (ridge > 0.0).then_some(Self { rows, unknowns, posed, ridge, factor })
     }
 
     /// Deviation of the surface along its normal at a place on or near it, voxels; `None` where the model stores
     /// nothing.
     pub fn at(&self, q: [f32; 3]) -> Option<f32> {
-        let unknowns = self.model.modes() + if self.posed { POSE } else { 0 };
-        let rows = Rows { model: self.model, weights: self.weights, centre: self.centre, unknowns };
-        let (row, _) = rows.at(q)?;
-        let row = DVector::from_iterator(unknowns, row.into_iter().map(f64::from));
+        let mut row = [0; MOST];
+        let (_, weight) = self.rows.fill(q, &mut Cube::new(), &mut row)?;
+        let units = self.rows.units().map(|unit| f64::from(unit) / f64::from(weight).sqrt());
+        let row = row.into_iter().zip(units).map(|(entry, unit)| f64::from(entry) * unit);
+        let row = DVector::from_iterator(self.unknowns, row.take(self.unknowns));
         let solved = self.factor.l_dirty().solve_lower_triangular(&row)?;
         Some((self.ridge.sqrt() * solved.norm()) as f32)
     }
 
     /// Deviation of the turn about the axis that is determined least, radians; `None` where the pose was not estimated.
     pub fn turn(&self) -> Option<f64> {
-        let modes = self.model.modes();
+        let modes = self.model().modes();
         let mut turns = DMatrix::zeros(modes + POSE, 3);
         (0..3).for_each(|axis| turns[(modes + axis, axis)] = 1.0);
         let solved = self.posed.then(|| self.factor.solve(&turns))?;
@@ -89,7 +92,7 @@ impl<'a> Posterior<'a> {
 
     /// The model.
     pub const fn model(&self) -> &Model<'a> {
-        self.model
+        self.rows.model()
     }
 
     /// [`Self::at`] for many places.
@@ -98,38 +101,25 @@ impl<'a> Posterior<'a> {
     }
 }
 
-/// Makes rows of the regression.
-struct Rows<'a> {
-    model: &'a Model<'a>,
-    weights: &'a [f32],
-    centre: [f32; 3],
-    unknowns: usize,
-}
-
-impl Rows<'_> {
-    /// Row and robust weight of a place.
-    fn at(&self, q: [f32; 3]) -> Option<(Vec<f32>, f32)> {
-        const ROUND: Round = ROUNDS[ROUNDS.len() - 1];
-        let mut row = vec![0.0; self.model.modes() + POSE];
-        let (_, weight) = fill_row(self.model, q, self.centre, &ROUND, self.weights, &mut row)?;
-        row.truncate(self.unknowns);
-        Some((row, weight))
-    }
-
-    /// Adds the points of a patch less what its own weights explain: their weight.
-    fn add_patch(&self, patch: &[[f32; 3]], own: f32, matrix: &mut DMatrix<f64>) -> f64 {
-        let (mut sums, mut total) = (vec![0.0; sums_len(self.model.modes())], 0.0);
-        for (row, weight) in patch.iter().filter_map(|&q| self.at(q)) {
-            add_row(&mut sums, &row, 0.0, weight);
-            total += f64::from(weight);
+/// Adds the points of a patch less what its own weights explain: their weight. The matrix has one row a mode, and then
+/// those of the pose if it was estimated.
+fn add_patch(rows: &Rows<'_>, patch: &[[f32; 3]], modes: usize, own: f32, matrix: &mut DMatrix<f64>) -> f64 {
+    let mut columns = vec![[0; PATCH]; columns_len(modes)];
+    let (mut row, mut count, mut total) = ([0; MOST], 0, 0.0);
+    for &q in patch {
+        if let Some((_, weight)) = rows.fill(q, &mut Cube::new(), &mut row) {
+            set_row(&mut columns, count, &row);
+            (count, total) = (count + 1, total + f64::from(weight));
         }
-        eliminate_own_weights(&mut sums, self.model.modes(), self.unknowns, own);
-        let mut sums = sums.into_iter();
-        for i in 0..self.unknowns {
-            for (j, sum) in sums.by_ref().take(i + 1).enumerate() {
-                matrix[(i, j)] += f64::from(sum);
-            }
-        }
-        total
     }
+    let mut sums = vec![0.0; sums_len(modes)];
+    products(&columns, &rows.units(), &mut sums);
+    eliminate_own_weights(&mut sums, modes, modes + POSE, own);
+    let mut sums = sums.into_iter();
+    for i in 0..matrix.nrows() {
+        for (j, sum) in sums.by_ref().take(i + 1).enumerate() {
+            matrix[(i, j)] += f64::from(sum);
+        }
+    }
+    total
 }

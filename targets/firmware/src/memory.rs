@@ -2,6 +2,7 @@
 
 use lacuna::arithmetic::Fixed;
 use lacuna::cloud::{CAPACITY, Packed};
+use lacuna::columns::{Column, PATCH};
 use lacuna::completion::Memory;
 use lacuna::corner_rows::{FixedRow, Row};
 use lacuna::fixed::Factor;
@@ -26,7 +27,7 @@ static BLOCK: Cell<i32, { sizes::BLOCK }> = Cell::new([0; sizes::BLOCK]);
 static GLOBAL: Cell<f64, { sizes::GLOBAL }> = Cell::new([0.0; sizes::GLOBAL]);
 static POSE_NORMAL: Cell<f64, { sizes::POSE_SUMS }> = Cell::new([0.0; sizes::POSE_SUMS]);
 static POSE_CHUNK: Cell<f32, { sizes::POSE_SUMS }> = Cell::new([0.0; sizes::POSE_SUMS]);
-static POSE_ROW: Cell<f32, { sizes::POSE_ROW }> = Cell::new([0.0; sizes::POSE_ROW]);
+static POSE_COLUMNS: Cell<Column, { sizes::POSE_COLUMNS }> = Cell::new([[0; PATCH]; sizes::POSE_COLUMNS]);
 static POSE_WEIGHTS: Cell<f32, { sizes::GLOBAL }> = Cell::new([0.0; sizes::GLOBAL]);
 static WEIGHTS: Cell<i16, { sizes::WEIGHTS }> = Cell::new([0; sizes::WEIGHTS]);
 static RESIDUALS: Cell<i16, { sizes::RESIDUALS }> = Cell::new([0; sizes::RESIDUALS]);
@@ -50,7 +51,7 @@ pub fn take() -> Option<(Scan, Memory<'static, Fixed>)> {
     let pose = PoseBuffers {
         normal: POSE_NORMAL.try_take()?,
         chunk: POSE_CHUNK.try_take()?,
-        row: POSE_ROW.try_take()?,
+        columns: POSE_COLUMNS.try_take()?,
         weights: POSE_WEIGHTS.try_take()?,
     };
     let workspace = Workspace {

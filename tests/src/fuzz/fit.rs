@@ -6,7 +6,7 @@ use super::tiny::tiny;
 use lacuna::cloud::{Packed, from_bytes};
 use lacuna::completion::{Outcome, Settings};
 use lacuna::format::Digest;
-use lacuna::pose_fit::{ROUNDS, Round};
+use lacuna::pose_fit::{PATCH, ROUNDS, Round};
 use lacuna::{Arithmetic, Cloud, Completion, Error, Fixed, Float, Model, Pass, Pose, Reach, Schedule, Sizes};
 use lacuna_host::fit::Buffers;
 
@@ -96,7 +96,7 @@ fn soil<A: Arithmetic>(buffers: &mut Buffers<A>, rubbish: u8) {
     let number = f64::from(rubbish);
     buffers.sums.fill(number);
     buffers.chunk.fill(number as f32);
-    buffers.row.fill(number as f32);
+    buffers.columns.fill([number as i16; PATCH]);
     buffers.shape.fill(number as f32);
     buffers.targets.fill(i16::from(rubbish) * 77);
     buffers.normal.fill(number);
@@ -136,6 +136,7 @@ fn any_rounds(source: &mut Source<'_>) -> Vec<Round> {
         let (iterations, misfit, flags) = (source.byte() % 4, source.float(), source.byte());
         Round {
             iterations: iterations.into(),
+            points: usize::from(flags >> 3) * 40,
             misfit,
             growth: flags & 1 == 1,
             shape: flags & 2 == 2,
