@@ -57,6 +57,9 @@ fn contents(model: &Model<'_>) -> u32 {
         let numbers = [c.noise, c.seam, c.posterior, c.posterior_way, c.residual, c.residual_way];
         c.shares.into_iter().chain(numbers).for_each(|number| digest.add(&number.to_le_bytes()));
     }
+    if let Some(j) = model.jitter() {
+        [j.turn, j.shift, j.growth].into_iter().for_each(|number| digest.add(&number.to_le_bytes()));
+    }
     digest.value()
 }
 
@@ -76,6 +79,7 @@ fn every_version_is_read_to_the_numbers_it_was_written_with() {
         assert_eq!(model.version(), expected);
         assert_eq!(model.calibration().is_some(), expected > 1, "the first version has none");
         assert_eq!(model.symmetry().is_some(), expected > 1, "the first version has none");
+        assert_eq!(model.jitter().is_some(), expected > 2, "the first two versions have none");
     }
     assert_eq!(VERSIONS.len(), usize::from(VERSION), "the version that is written has a model here");
 }
@@ -119,12 +123,12 @@ fn with_header(change: &dyn Fn(&mut Header<'_>)) -> Vec<u8> {
     let file = newest();
     let length = usize::from(u16::from_le_bytes([file[10], file[11]]));
     let (head, rest) = file[PREFIX..].split_at(length);
-    let (mut header, calibration): (Header<'_>, &[u8]) = postcard::take_from_bytes(head).unwrap();
+    let (mut header, others): (Header<'_>, &[u8]) = postcard::take_from_bytes(head).unwrap();
     change(&mut header);
     let mut room = [0; 1024];
     let head = postcard::to_slice(&header, &mut room).unwrap();
-    let mut bytes = [&file[..PREFIX], head, calibration, rest].concat();
-    bytes[10..12].copy_from_slice(&((head.len() + calibration.len()) as u16).to_le_bytes());
+    let mut bytes = [&file[..PREFIX], head, others, rest].concat();
+    bytes[10..12].copy_from_slice(&((head.len() + others.len()) as u16).to_le_bytes());
     assert!(forge(&mut bytes));
     bytes
 }
@@ -196,10 +200,24 @@ fn a_calibration_that_states_no_errors_is_refused() {
     }
 }
 
-/// The newest version with the bytes of the first one is a model whose header ends too soon, and the other way round.
+#[test]
+fn a_jitter_that_ties_nothing_is_refused() {
+    let file = newest();
+    let end = PREFIX + usize::from(u16::from_le_bytes([file[10], file[11]]));
+    // The last numbers of the header: turn, shift and growth.
+    for (place, lie) in [(0, 0.0), (1, -1.0), (2, f32::NAN), (1, f32::INFINITY)] {
+        let mut bytes = file.to_vec();
+        let at = end - 12 + 4 * place;
+        bytes[at..at + 4].copy_from_slice(&f32::to_le_bytes(lie));
+        assert!(forge(&mut bytes));
+        assert_eq!(Model::from_bytes(&bytes).unwrap_err(), Error::Inconsistent(Part::Header), "{lie}");
+    }
+}
+
+/// A version with the number of an older one is a model whose header ends too late, or too soon the other way round.
 #[test]
 fn a_version_is_not_read_as_another() {
-    for (version, other) in [(0, 2u16), (1, 1)] {
+    for (version, other) in [(0, 2u16), (1, 1), (1, 3), (2, 1), (2, 2)] {
         let mut bytes = VERSIONS[version].model.to_vec();
         bytes[8..10].copy_from_slice(&other.to_le_bytes());
         let sum = checksum(&bytes);
