@@ -5,7 +5,7 @@ use lacuna::Model;
 use lacuna_host::io::{self, PlyOut, write_ply};
 use lacuna_host::mesh::Mesh;
 use lacuna_host::synth::Head;
-use lacuna_host::train::align::{Align, align};
+use lacuna_host::train::align::{Align, Way, align};
 use lacuna_host::train::model_file::calibrated;
 use lacuna_host::train::{Settings, train};
 use lacuna_tests::program::succeeds;
@@ -25,7 +25,12 @@ fn heads(count: u64) -> Vec<Mesh> {
 fn the_built_in_model_is_what_its_seeds_make() {
     let aligned = align(&heads(30), Align::Auto, 1, &|_, _| ()).unwrap();
     assert!(matches!(aligned.way, Way::Drawn(Some(_))), "the heads are in one pose");
-    let settings = Settings { class: "head".into(), spacing: Some(3.3), ..Settings::default() };
+    let settings = Settings {
+        class: "head".into(),
+        spacing: Some(3.3),
+        jitter: aligned.way.jitter(),
+        ..Settings::default()
+    };
     let bytes = train(&aligned.shapes, &settings, &|_, _| ()).unwrap();
     assert_eq!(Model::from_bytes(&bytes).unwrap().calibration(), None);
     // The calibration needs sixty completions: it is taken over, and looked at by itself.
