@@ -7,6 +7,7 @@ use lacuna_host::fit::Buffers;
 use lacuna_host::io;
 use lacuna_host::mesh::Mesh;
 use lacuna_host::points::{OrientedPoints, thin};
+use lacuna_host::train::align::{Align, align};
 use lacuna_host::train::{Settings, train};
 use lacuna_tests::buffers::complete;
 use lacuna_tests::{default_schedule, head_points, momentum_schedule, real_data, voxel_pose};
@@ -97,6 +98,7 @@ fn a_model_of_real_faces_is_within_the_budget() {
     };
     let shape = |i: u32| io::read(&folder.join(format!("train_{i:03}.ply"))).unwrap();
     let shapes: Vec<Mesh> = (0..30).map(shape).collect();
+    let shapes = align(&shapes, Align::Auto, 1, &|_, _| ()).unwrap().shapes;
     let settings = Settings { spacing: Some(3.3), unit: Unit::Millimetre, ..Settings::default() };
     let bytes = train(&shapes, &settings, &|_, _| ()).unwrap();
     assert!(bytes.len() <= 1_677_721, "{} bytes are over 1.6 MiB", bytes.len());
