@@ -10,7 +10,7 @@ use lacuna::Pose;
 pub struct Scored {
     /// From the centred scan to voxels.
     pub pose: Pose,
-    /// Share of inliers times the scale: shrinking must not pay.
+    /// Share of inliers times the root of the scale: shrinking must not pay, and growing must not outweigh what it loses.
     pub explained: f64,
     /// Share of the points that lie on the fitted surface and face its way.
     pub inliers: f64,
