@@ -3,9 +3,17 @@
 use crate::mesh::Mesh;
 use crate::surface::{components, keep_triangles};
 
-/// Pieces smaller than this share of the largest one are specks: on a scan of a face, a square of four millimetres. Pieces
-/// of an ear seen from the front are not much larger.
-const SPECK: f64 = 0.0005;
+/// Pieces of fewer triangles than this share of the largest one may be specks; below the smaller share they always are.
+const SPECK: [f64; 2] = [0.0005, 0.002];
+/// Pieces in between are specks up to this many triangles: stray pixels come in small groups, however fine the scan is,
+/// and pieces of an ear seen from the front do not.
+const GROUP: f64 = 40.0;
+
+/// Pieces of at most so many triangles are specks beside one of `largest`.
+fn limit(largest: usize) -> usize {
+    let [always, maybe] = SPECK.map(|share| largest as f64 * share);
+    GROUP.clamp(always, maybe) as usize
+}
 
 /// The scan without specks and zero-area triangles, and how many triangles were dropped.
 pub fn clean(scan: &Mesh) -> (Mesh, usize) {
@@ -15,7 +23,7 @@ pub fn clean(scan: &Mesh) -> (Mesh, usize) {
     let pieces = components(scan);
     let mut sizes = vec![0usize; pieces.iter().max().map_or(0, |&p| p as usize + 1)];
     pieces.iter().for_each(|&piece| sizes[piece as usize] += 1);
-    let least = (sizes.iter().max().copied().unwrap_or(0) as f64 * SPECK) as usize;
+    let least = limit(sizes.iter().max().copied().unwrap_or(0));
     let area = |t: usize| {
         let [a, b, c] = scan.corners(t);
         (b - a).cross(&(c - a)).norm()
@@ -23,4 +31,14 @@ pub fn clean(scan: &Mesh) -> (Mesh, usize) {
     let kept = keep_triangles(scan, |t| sizes[pieces[t] as usize] > least && area(t) > 0.0);
     let dropped = scan.triangles.len() - kept.triangles.len();
     (kept, dropped)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coarse_scans_lose_small_groups_and_fine_ones_keep_pieces_of_ears() {
+        assert_eq!([0, 1000, 8000, 50_000, 100_000].map(limit), [0, 2, 16, 40, 50]);
+    }
 }
