@@ -29,10 +29,9 @@
 //! - a box of ratios: 64 · (2 r + 1)³ · 2^F ≤ 2³¹ by the choice of F.
 
 use crate::corner_rows::{FixedRow, Row};
-use crate::fitted::Word;
 use crate::fixed::{Factor, Multiplier, round_shift, round_shift_wide, saturate};
 use crate::gradient::Factors;
-use crate::hull::Key;
+use crate::lent::Lent;
 use core::fmt::Debug;
 
 /// Bits behind the point of a distance or residual in voxels.
@@ -153,9 +152,9 @@ pub trait Arithmetic: Copy {
     /// Numbers of the eight corners of a cell: weights of a mode, or shares of a voxel.
     type Row: Row<Self>;
     /// Residual of a voxel, already times its hull weight; the hull's keys use the same memory before.
-    type Residual: Key + Debug;
+    type Residual: Lent<u16> + Debug;
     /// Sums of products, node fields and their integral images; the fitted surface uses the same memory before.
-    type Sum: Word + Debug;
+    type Sum: Lent<u32> + Debug;
     /// One over a node's smoothed curvature.
     type Reciprocal: Copy + Default + Debug;
     /// What a box of ratios of one mode is multiplied by.

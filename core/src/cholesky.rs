@@ -1,43 +1,17 @@
 //! Cholesky factorisation of a packed symmetric positive matrix, and the solve.
 
-use core::ops::{Add, Div, Mul, Sub};
-
-/// The floats a matrix may be made of.
-pub trait Real:
-    Copy + PartialOrd + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
-{
-    /// 0.
-    const ZERO: Self;
-    /// The pivot of a direction nothing is known about: what is divided by it vanishes.
-    const HUGE: Self;
-    /// The square root.
-    #[must_use]
-    fn root(self) -> Self;
-}
-
-impl Real for f64 {
-    const ZERO: Self = 0.0;
-    const HUGE: Self = 1e150;
-    fn root(self) -> Self {
-        libm::sqrt(self)
-    }
-}
-
-impl Real for f32 {
-    const ZERO: Self = 0.0;
-    const HUGE: Self = 1e18;
-    fn root(self) -> Self {
-        libm::sqrtf(self)
-    }
-}
-
 /// Length of a packed lower triangle of `n` rows.
 pub const fn packed(n: usize) -> usize {
     n * (n + 1) / 2
 }
 
+/// As [`split_at_mut`](slice::split_at_mut), at the end if it is nearer: cuts a line off packed sums.
+pub(crate) fn split(sums: &mut [f32], at: usize) -> (&mut [f32], &mut [f32]) {
+    sums.split_at_mut_checked(at.min(sums.len())).unwrap_or_default()
+}
+
 /// Row `i` of a packed lower triangle, i + 1 long.
-pub(crate) fn row<T>(matrix: &[T], i: usize) -> &[T] {
+fn row(matrix: &[f64], i: usize) -> &[f64] {
     matrix.get(packed(i)..).and_then(|m| m.get(..=i)).unwrap_or(&[])
 }
 
@@ -69,27 +43,24 @@ pub fn solve(matrix: &mut [f64], vector: &mut [f64]) {
 }
 
 /// Turns row i of A (i + 1 long) into that of L; `above` holds the rows of L before it.
-pub(crate) fn factor_row<T: Real>(above: &[T], current: &mut [T]) {
-    let i = current.len().saturating_sub(1);
-    solve_row(above, current, i);
-    let Some((pivot, known)) = current.split_last_mut() else { return };
-    let square = *pivot - inner(known, known);
-    *pivot = if square > T::ZERO { square.root() } else { T::HUGE };
-}
-
-/// Turns the first `count` entries x of a row into L⁻¹ x; `factor` holds the first `count` rows of L.
-pub(crate) fn solve_row<T: Real>(factor: &[T], current: &mut [T], count: usize) {
-    for j in 0..count {
-        let Some((&pivot, left)) = row(factor, j).split_last() else { return };
+fn factor_row(above: &[f64], current: &mut [f64]) {
+    for j in 0..current.len().saturating_sub(1) {
+        let Some((&pivot, left)) = row(above, j).split_last() else { return };
         let Some((known, rest)) = current.split_at_mut_checked(j) else { return };
         let Some(value) = rest.first_mut() else { return };
         *value = (*value - inner(left, known)) / pivot;
     }
+    let Some((pivot, known)) = current.split_last_mut() else { return };
+    let square = *pivot - inner(known, known);
+    *pivot = if square > 0.0 { libm::sqrt(square) } else { HUGE };
 }
 
+/// The pivot of a direction nothing is known about: what is divided by it vanishes.
+const HUGE: f64 = 1e150;
+
 /// Σ a b.
-pub(crate) fn inner<T: Real>(a: &[T], b: &[T]) -> T {
-    a.iter().zip(b).fold(T::ZERO, |sum, (&x, &y)| sum + x * y)
+fn inner(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).fold(0.0, |sum, (&x, &y)| sum + x * y)
 }
 
 #[cfg(test)]

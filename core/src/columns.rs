@@ -4,6 +4,8 @@
 //! of products of two columns is an exact i32: 96 · 4729² < 2³¹. Two lines of the triangle and two columns at a time
 //! share their loads.
 
+use crate::cholesky::split;
+
 /// Points of a patch.
 pub const PATCH: usize = 96;
 /// Entries are smaller.
@@ -65,11 +67,6 @@ fn tile([a, b]: [&Column; 2], [c, d]: [&Column; 2]) -> [i32; 4] {
 fn both(pair: &[Column]) -> [&Column; 2] {
     let first = pair.first().unwrap_or(&[0; PATCH]);
     [first, pair.get(1).unwrap_or(first)]
-}
-
-/// As [`split_at_mut`](slice::split_at_mut), at the end if it is nearer.
-fn split(values: &mut [f32], at: usize) -> (&mut [f32], &mut [f32]) {
-    values.split_at_mut_checked(at.min(values.len())).unwrap_or_default()
 }
 
 /// Sets two values of a line, as far as it goes.

@@ -2,42 +2,13 @@
 //! with every voxel's distance worked out once, because the points of a scan lie in the same few voxels.
 
 use crate::corners::{MODES, WEIGHT_BITS, Weights, dots, padded, scale};
+use crate::lent::Lent;
 use crate::model::{BrickRows, Model};
 use crate::sample::Place;
 
-/// A word of the memory that is lent; zero is what it begins with.
-pub trait Word: Copy + Default {
-    /// A word in this memory.
-    fn store(word: u32) -> Self;
-    /// The word that was stored.
-    fn load(self) -> u32;
-}
-
-impl Word for i32 {
-    #[inline(always)]
-    fn store(word: u32) -> Self {
-        word as Self
-    }
-
-    #[inline(always)]
-    fn load(self) -> u32 {
-        self as u32
-    }
-}
-
-impl Word for f64 {
-    fn store(word: u32) -> Self {
-        Self::from(word)
-    }
-
-    fn load(self) -> u32 {
-        self as u32
-    }
-}
-
 /// Distances M + b'·v at stored voxels.
 #[derive(Debug)]
-pub struct Fitted<'m, 'b, W: Word> {
+pub struct Fitted<'m, 'b, W: Lent<u32>> {
     model: &'m Model<'m>,
     weights: &'b Weights,
     /// Number of a voxel, one more, and its distance; each voxel has one place, which others may take.
@@ -45,9 +16,8 @@ pub struct Fitted<'m, 'b, W: Word> {
     mask: usize,
 }
 
-impl<'m, 'b, W: Word> Fitted<'m, 'b, W> {
-    /// The surface of the weights `v` in memory of any length: zeros, or what was left there for
-    /// the same surface.
+impl<'m, 'b, W: Lent<u32>> Fitted<'m, 'b, W> {
+    /// The surface of the weights `v` in memory of any length: zeros, or what was left there for the same surface.
     pub const fn new(model: &'m Model<'m>, weights: &'b Weights, memory: &'b mut [W]) -> Self {
         let slots = memory.as_chunks_mut().0;
         let mask = (slots.len() / 2 + 1).next_power_of_two() - 1;

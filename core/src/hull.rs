@@ -12,6 +12,7 @@ use crate::arithmetic::{DISTANCE_BITS, FULL_WEIGHT, RESIDUAL_LIMIT};
 use crate::error::{Buffer, Error, OptionName};
 use crate::fixed::round_shift;
 use crate::format::digest;
+use crate::lent::Lent;
 use crate::mirror;
 use crate::model::{BrickRows, Model};
 
@@ -92,44 +93,13 @@ impl Target {
     }
 }
 
-/// Squared distance of the point that claimed a voxel, 1/512 voxel², one more; 0 stands for "not reached".
-///
-/// The keys live in the memory of the residuals, which are not needed before the hull is finished.
-pub trait Key: Copy + Default {
-    /// A key in this memory.
-    fn store(key: u16) -> Self;
-    /// The key that was stored.
-    fn load(self) -> u16;
-}
-
-impl Key for i16 {
-    #[inline(always)]
-    fn store(key: u16) -> Self {
-        key as Self
-    }
-
-    #[inline(always)]
-    fn load(self) -> u16 {
-        self as u16
-    }
-}
-
-impl Key for f64 {
-    fn store(key: u16) -> Self {
-        Self::from(key)
-    }
-
-    fn load(self) -> u16 {
-        self as u16
-    }
-}
-
 /// Builds a hull point by point.
 #[derive(Debug)]
-pub struct HullBuilder<'m, 'b, K: Key> {
+pub struct HullBuilder<'m, 'b, K: Lent<u16>> {
     model: &'m Model<'m>,
     reach: Reach,
     targets: &'b mut [i16],
+    /// Squared distance of the point that claimed each voxel, 1/512 voxel², one more; 0 stands for "not reached".
     keys: &'b mut [K],
     /// Whether the point under way is a mirror image.
     mirrored: bool,
@@ -146,7 +116,7 @@ pub struct Hull<'b> {
     pub weight: u32,
 }
 
-impl<'m, 'b, K: Key> HullBuilder<'m, 'b, K> {
+impl<'m, 'b, K: Lent<u16>> HullBuilder<'m, 'b, K> {
     /// An empty hull. `targets` and `keys` have one element a stored voxel; `keys` is scratch.
     ///
     /// # Errors

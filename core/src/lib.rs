@@ -37,6 +37,7 @@ pub mod gradient;
 pub mod grid;
 pub mod hull;
 pub mod hull_rows;
+pub mod lent;
 pub mod local_fit;
 pub mod mirror;
 pub mod model;

@@ -6,7 +6,7 @@
 //! explained by weights w of their own, around the weights v of the whole with the prior δ |w - v|²:
 //!
 //! ```text
-//! min  |J w + P x + r|²_W + δ |w - v|²        S = Jᵀ W J + δ I = L Lᵀ,  H = Jᵀ W P,  h = Jᵀ W r
+//! min  |J w + P x + r|²_W + δ |w - v|²        S = Jᵀ W J + δ I,  H = Jᵀ W P,  h = Jᵀ W r
 //!  w
 //! v v:  δ I - δ² S⁻¹     v x:  δ S⁻¹ H     x x:  Pᵀ W P - Hᵀ S⁻¹ H      v:  δ S⁻¹ h     x:  Pᵀ W r - Hᵀ S⁻¹ h
 //! ```
@@ -22,7 +22,7 @@
 //! leaves -S⁻¹, S⁻¹ H, the last xx and the last x once it is done for all. Four pivots at a time share the loads and
 //! stores of the sums.
 
-use crate::cholesky::packed;
+use crate::cholesky::{packed, split};
 use crate::pose_row::MOST;
 
 /// Turns the sums of a patch's points into those of a patch with weights of its own. `sums` holds the packed lower
@@ -125,8 +125,8 @@ impl<'s, const P: usize> Sweep<'s, P> {
         };
         let mut rest = sums;
         for row in (0..self.before.len()).step_by(2) {
-            let (line, tail) = start(rest, row + 1);
-            let (after, tail) = start(tail, row + 2);
+            let (line, tail) = split(rest, row + 1);
+            let (after, tail) = split(tail, row + 2);
             rest = tail;
             self.reduce_lines(line, after, factors(row), factors(row + 1));
         }
@@ -139,7 +139,7 @@ impl<'s, const P: usize> Sweep<'s, P> {
             factors.into_iter().zip(values).fold(sum, |sum, (factor, value)| sum - factor * value)
         };
         let both = line.len().min(after.len());
-        let ((line, line_end), (after, after_end)) = (start(line, both), start(after, both));
+        let ((line, line_end), (after, after_end)) = (split(line, both), split(after, both));
         let (columns, ends) = self.before.split_at_checked(both).unwrap_or_default();
         for ((line, after), values) in line.iter_mut().zip(after).zip(columns) {
             (*line, *after) = (reduced(*line, first, values), reduced(*after, second, values));
@@ -169,11 +169,6 @@ fn reciprocal(pivot: f32) -> f32 {
 /// larger column is (column, row).
 const fn step(row: usize, column: usize) -> usize {
     if row < column { 1 } else { row + 1 }
-}
-
-/// As [`split_at_mut`](slice::split_at_mut), at the end if it is nearer.
-fn start(values: &mut [f32], length: usize) -> (&mut [f32], &mut [f32]) {
-    values.split_at_mut_checked(length.min(values.len())).unwrap_or_default()
 }
 
 #[cfg(test)]

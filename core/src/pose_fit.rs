@@ -64,35 +64,22 @@ pub struct Round {
     pub tied: bool,
 }
 
+/// Joint with half of the points.
+const HALF: Round =
+    Round { iterations: 4, points: 800, misfit: 2.5, growth: true, shape: true, own: true, tied: false };
+/// Joint with all of them.
+const ALL: Round = Round { points: usize::MAX, ..HALF };
+
 /// Rigid, with scale, joint with half of the points, then with all.
 pub const ROUNDS: [Round; 4] = [
     Round { iterations: 4, points: 400, misfit: 16.0, growth: false, shape: false, own: false, tied: false },
     Round { iterations: 3, points: 400, misfit: 8.0, growth: true, shape: false, own: false, tied: false },
-    Round { iterations: 4, points: 800, misfit: 2.5, growth: true, shape: true, own: true, tied: false },
-    Round {
-        iterations: 4,
-        points: usize::MAX,
-        misfit: 2.5,
-        growth: true,
-        shape: true,
-        own: true,
-        tied: false,
-    },
+    HALF,
+    ALL,
 ];
 
 /// Joint only: for a pose that is exact in the frame the training shapes were given in.
-pub const EXACT: [Round; 2] = [
-    Round { iterations: 4, points: 800, misfit: 2.5, growth: true, shape: true, own: true, tied: true },
-    Round {
-        iterations: 4,
-        points: usize::MAX,
-        misfit: 2.5,
-        growth: true,
-        shape: true,
-        own: true,
-        tied: true,
-    },
-];
+pub const EXACT: [Round; 2] = [Round { tied: true, ..HALF }, Round { tied: true, ..ALL }];
 
 /// How well a pose is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -282,7 +269,9 @@ impl<'a, 'b> PoseFit<'a, 'b> {
 
     /// Adds the points of a patch, less what weights of its own explain.
     fn add_patch(&mut self, points: Range<usize>, round: &Round) {
-        self.rows.set(round, self.pose.apply(self.mean), self.buffers.weights);
+        if points.start == 0 {
+            self.rows.set(round, self.pose.apply(self.mean), self.buffers.weights);
+        }
         self.fill_columns(points, self.points(round));
         let modes = if round.shape { self.model.modes() } else { 0 };
         let columns = self.buffers.columns.get(..self.rows.entries()).unwrap_or(&[]);

@@ -34,7 +34,7 @@ fn fitted(model: &Model<'_>, sample: &Sample, exact: Placed) -> lacuna::Pose {
     };
     let begun = start.rough.pose;
     let found = fit::<lacuna::Fixed>(model, &start.packed(), &begun, settings).expect("a fit").outcome.pose;
-    assert_eq!(start.rounds, settings.rounds);
+    assert_eq!(start.hint, Hint::Exact);
     lacuna::Pose {
         translation: std::array::from_fn(|a| found.translation[a] - begun.translation[a]),
         ..found

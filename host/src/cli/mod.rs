@@ -9,6 +9,7 @@ mod inputs;
 mod inspect;
 mod interrupt;
 mod register;
+mod scatter;
 mod shapes;
 mod synth;
 mod train;

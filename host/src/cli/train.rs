@@ -1,5 +1,6 @@
 //! `lacuna train`.
 
+use super::scatter::Scatter;
 use super::shapes::{self, Shapes};
 use super::{Common, Failure, bar, inputs, say};
 use crate::io;
@@ -10,7 +11,7 @@ use crate::train::held_out::HeldOut;
 use crate::train::{Settings, leave_one_out};
 use crate::unit;
 use lacuna::Model;
-use lacuna::format::{Calibration, Jitter, Unit};
+use lacuna::format::{Calibration, Unit};
 use std::path::{Path, PathBuf};
 
 /// Train a shape model on meshes of one class.
@@ -109,31 +110,6 @@ struct Report {
     notes: Vec<String>,
     calibration: Option<Calibration>,
     leave_one_out: Option<LeaveOneOut>,
-}
-
-/// Root mean square motion of shapes to their common pose, as people say it.
-#[derive(Clone, Copy, serde::Serialize)]
-pub(super) struct Scatter {
-    /// Turn about each axis, degrees.
-    pub turn: f32,
-    /// Shift along each axis, in the shapes' unit.
-    pub shift: f32,
-    /// Growth, per cent.
-    pub growth: f32,
-}
-
-impl From<Jitter> for Scatter {
-    fn from(jitter: Jitter) -> Self {
-        Self { turn: jitter.turn.to_degrees(), shift: jitter.shift, growth: 100.0 * jitter.growth }
-    }
-}
-
-impl Scatter {
-    /// The same as a part of a sentence.
-    pub(super) fn sentence(self, symbol: &str) -> String {
-        let Self { turn, shift, growth } = self;
-        format!("{turn:.1} degrees, {shift:.1} {symbol} and {growth:.1} % of size (rms) from where they lay")
-    }
 }
 
 impl Report {

@@ -71,7 +71,8 @@ fn default_schedule(model: &Model<'_>) -> Schedule<'static> {
 fn registered(name: &str, bytes: &[u8], scan: &Mesh) -> Result<Case, Failure> {
     let model = inputs::model(bytes, None)?;
     let options = Options { hint: Hint::None, seed: 1, schedule: default_schedule(&model), finer: 1 };
-    let Start { points, rough, rounds, .. } = start(&model, scan, &options)?;
+    let Start { points, rough, hint, .. } = start(&model, scan, &options)?;
+    let rounds = hint.rounds(&model);
     Ok(Case { name: name.into(), model: bytes.to_vec(), points, pose: rough.pose, rounds, volumes: None })
 }
 

@@ -30,7 +30,7 @@ use lacuna::cloud::CAPACITY;
 use lacuna::completion::Settings;
 use lacuna::corners::Weights;
 use lacuna::cube::Cube;
-use lacuna::pose_fit::{self, Round};
+use lacuna::pose_fit;
 use lacuna::{Arithmetic, Model, Reach, Schedule, Standing};
 use merge::{Limits, MEASURED, Merged};
 use verdict::{Grade, Verdict};
@@ -135,7 +135,7 @@ pub fn fit_here<A: Arithmetic>(
     start: &Start,
     schedule: Schedule<'_>,
 ) -> Result<Fit, Error> {
-    let settings = Settings { reach: Reach::of(model), rounds: start.rounds, schedule };
+    let settings = Settings { reach: Reach::of(model), rounds: start.hint.rounds(model), schedule };
     fit::<A>(model, &start.packed(), &start.rough.pose, settings).map_err(Error::Fit)
 }
 
@@ -174,7 +174,7 @@ pub fn complete_by(
     let merged = merge::merge(&fitted, &measured.surface, &limits);
     let clutter = Clutter::of(&scan, &merged.mesh, APART * unit);
     // A given pose was not estimated, and no weights with it.
-    let posed = !start.rounds.is_empty();
+    let posed = !start.hint.rounds(model).is_empty();
     let global_weights = || fit.global.iter().map(|&weight| weight as f32).collect();
     let weights = if posed { fit.shape.clone() } else { global_weights() };
     let posterior = Posterior::new(model, &points, &placed.pose, &weights, posed);
@@ -245,8 +245,6 @@ pub struct Start {
     pub rough: Placed,
     /// How well that is known.
     pub hint: pose_fit::Hint,
-    /// How the pose is refined.
-    pub rounds: &'static [Round],
     /// Inlier share of the next best pose that was tried.
     pub runner_up: f64,
     /// The depth image that the points come from, if they do.
@@ -267,7 +265,7 @@ impl Start {
 pub fn start(model: &Model<'_>, scan: &Mesh, options: &Options<'_>) -> Result<Start, Error> {
     let (known, hint, runner_up) = place(model, scan, options)?;
     let (rough, points) = thinned(scan, &known);
-    Ok(Start { points, rough, hint, rounds: hint.rounds(model), runner_up, depth: None })
+    Ok(Start { points, rough, hint, runner_up, depth: None })
 }
 
 /// The pose that is given or found, how well it is known, and the inlier share of the next best.
@@ -295,7 +293,7 @@ pub fn thinned(scan: &Mesh, hint: &Placed) -> (Placed, OrientedPoints) {
 
 /// The points that the core did not leave out.
 fn without_clutter(model: &Model<'_>, start: &Start, fit: &Fit) -> OrientedPoints {
-    if start.rounds.is_empty() {
+    if start.hint.rounds(model).is_empty() {
         return start.points.clone();
     }
     let packed = start.packed();

@@ -66,13 +66,8 @@ impl Verify {
                 Schedule { stride: model.header().stride, momentum: 0, passes: &schedule::DEFAULT };
             let rough = Options { hint: Hint::None, seed: 1, schedule, finer: 1 };
             let start = start(&model, &mesh, &rough)?;
-            let exact = Start {
-                hint: pose_fit::Hint::Exact,
-                rounds: pose_fit::Hint::Exact.rounds(&model),
-                points: start.points.clone(),
-                depth: None,
-                ..start
-            };
+            let hint = pose_fit::Hint::Exact;
+            let exact = Start { hint, points: start.points.clone(), depth: None, ..start };
             for (hint, start) in [("rough", &start), ("exact", &exact)] {
                 let report = compare(&mut client, &model, format!("{name}, {hint} pose"), start, schedule)?;
                 if !common.json {

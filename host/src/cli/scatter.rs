@@ -1,0 +1,28 @@
+//! How far training shapes lay apart, as `train` and `inspect` say it.
+
+use lacuna::format::Jitter;
+
+/// Root mean square motion of shapes to their common pose, as people say it.
+#[derive(Clone, Copy, serde::Serialize)]
+pub(super) struct Scatter {
+    /// Turn about each axis, degrees.
+    pub turn: f32,
+    /// Shift along each axis, in the shapes' unit.
+    pub shift: f32,
+    /// Growth, per cent.
+    pub growth: f32,
+}
+
+impl From<Jitter> for Scatter {
+    fn from(jitter: Jitter) -> Self {
+        Self { turn: jitter.turn.to_degrees(), shift: jitter.shift, growth: 100.0 * jitter.growth }
+    }
+}
+
+impl Scatter {
+    /// The same as a part of a sentence.
+    pub(super) fn sentence(self, symbol: &str) -> String {
+        let Self { turn, shift, growth } = self;
+        format!("{turn:.1} degrees, {shift:.1} {symbol} and {growth:.1} % of size (rms) from where they lay")
+    }
+}
