@@ -28,6 +28,14 @@ impl Mesh {
         Some(self.points.iter().fold((first, first), |(low, high), p| (low.inf(p), high.sup(p))))
     }
 
+    /// Appends another mesh, which shares no vertex with this one; normals are in both or in neither.
+    pub fn append(&mut self, other: &Self) {
+        let offset = self.points.len() as u32;
+        self.points.extend(&other.points);
+        self.normals.extend(&other.normals);
+        self.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + offset)));
+    }
+
     /// Unit normals of the vertices: those of the file, or else the normalised sum of the
     /// area-weighted normals of the adjacent triangles (zero for a vertex without any).
     pub fn vertex_normals(&self) -> Vec<Vector> {

@@ -17,12 +17,6 @@ use tempfile::tempdir;
 /// pose (0.007 when the pose is given exactly). This keeps it from growing; it is not where it should be.
 const PULL: f64 = 0.5;
 
-fn append(mesh: &mut Mesh, other: &Mesh) {
-    let offset = mesh.points.len() as u32;
-    mesh.points.extend(&other.points);
-    mesh.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + offset)));
-}
-
 /// A grid of `columns` x `rows` quads whose corners `place` gives for 0..=1 in both directions.
 fn sheet(columns: u32, rows: u32, place: impl Fn(f64, f64) -> Point) -> Mesh {
     let corner = |i: u32, j: u32| place(f64::from(i) / f64::from(columns), f64::from(j) / f64::from(rows));
@@ -47,7 +41,7 @@ fn clutter(head: &Mesh) -> Mesh {
         let angle = std::f64::consts::TAU * u;
         Point::new(middle.x + 130.0 * angle.cos(), low.y + 30.0 * v, middle.z + 130.0 * angle.sin())
     });
-    append(&mut all, &collar);
+    all.append(&collar);
     all
 }
 
@@ -95,7 +89,7 @@ fn a_table_and_a_collar_do_not_pull_and_are_measured() {
     let clean = in_head_frame(&scan);
     let mut cluttered = clean.clone();
     let added = clutter(&head);
-    append(&mut cluttered, &added);
+    cluttered.append(&added);
     let (alone, with) = (completed(&clean), completed(&cluttered));
     let pull = rms_between(&with.merged.mesh, &alone.merged.mesh);
     let extra = with.clutter.area - alone.clutter.area;
@@ -120,7 +114,7 @@ fn the_program_keeps_clutter_only_when_asked() {
     let folder = tempdir().unwrap();
     let (head, scan) = sample();
     let mut mesh = in_head_frame(&scan);
-    append(&mut mesh, &clutter(&head));
+    mesh.append(&clutter(&head));
     write_ply(&folder.path().join("scan.ply"), &PlyOut::new(&mesh)).unwrap();
     let run = |more: &[&str]| {
         let base = ["complete", "scan.ply", "--pose-hint", "identity", "--no-picture", "--json"];

@@ -102,7 +102,7 @@ impl Check {
         if checked.is_refused() {
             return None;
         }
-        let (scan, _) = clean(&checked.mesh);
+        let scan = clean(&checked.mesh).scan;
         let refused = |text| Finding { severity: Severity::Refused, text };
         match register::register(model, &scan, self.seed) {
             Err(error) => {

@@ -47,7 +47,7 @@ impl Register {
         let bytes = self.subject.model_bytes()?;
         let model = self.subject.model(&bytes)?;
         let (mesh, notes) = self.subject.mesh(&model)?;
-        let (scan, _) = clean(&mesh);
+        let scan = clean(&mesh).scan;
         let start = std::time::Instant::now();
         let found = register::register(&model, &scan, self.subject.seed)
             .map_err(|error| self.subject.named(&error))?;

@@ -53,7 +53,7 @@ impl Verify {
         let progress = bar(self.scans.len() as u64, "verifying");
         let mut reports = Vec::new();
         for path in &self.scans {
-            let (scan, _) = clean(&inputs::scan(Some(path))?.mesh);
+            let scan = clean(&inputs::scan(Some(path))?.mesh).scan;
             let case = registered(&path.display().to_string(), &bytes, &scan)?;
             reports.push(verify_core(&case, default_schedule(&model), None)?);
             progress.inc(1);
@@ -90,7 +90,7 @@ pub fn fixtures() -> Result<Vec<Report>, Failure> {
         progress.inc(1);
     }
     let bytes = inputs::model_bytes(None)?;
-    let case = registered(BUILT_IN, &bytes, &clean(&inputs::scan(None)?.mesh).0)?;
+    let case = registered(BUILT_IN, &bytes, &clean(&inputs::scan(None)?.mesh).scan)?;
     let model = inputs::model(&bytes, None)?;
     reports.push(verify_core(&case, default_schedule(&model), golden(BUILT_IN))?);
     progress.finish_and_clear();

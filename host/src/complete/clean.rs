@@ -15,22 +15,32 @@ fn limit(largest: usize) -> usize {
     GROUP.clamp(always, maybe) as usize
 }
 
-/// The scan without specks and zero-area triangles, and how many triangles were dropped.
-pub fn clean(scan: &Mesh) -> (Mesh, usize) {
+/// A scan without specks.
+pub struct Cleaned {
+    /// What is left.
+    pub scan: Mesh,
+    /// The small pieces that were taken out.
+    pub small: Mesh,
+}
+
+/// The scan without small pieces and zero-area triangles.
+pub fn clean(scan: &Mesh) -> Cleaned {
     if scan.triangles.is_empty() {
-        return (scan.clone(), 0);
+        return Cleaned { scan: scan.clone(), small: Mesh::default() };
     }
     let pieces = components(scan);
     let mut sizes = vec![0usize; pieces.iter().max().map_or(0, |&p| p as usize + 1)];
     pieces.iter().for_each(|&piece| sizes[piece as usize] += 1);
     let least = limit(sizes.iter().max().copied().unwrap_or(0));
-    let area = |t: usize| {
+    let has_area = |t: usize| {
         let [a, b, c] = scan.corners(t);
-        (b - a).cross(&(c - a)).norm()
+        (b - a).cross(&(c - a)).norm() > 0.0
     };
-    let kept = keep_triangles(scan, |t| sizes[pieces[t] as usize] > least && area(t) > 0.0);
-    let dropped = scan.triangles.len() - kept.triangles.len();
-    (kept, dropped)
+    let large = |t: usize| sizes[pieces[t] as usize] > least;
+    Cleaned {
+        scan: keep_triangles(scan, |t| large(t) && has_area(t)),
+        small: keep_triangles(scan, |t| !large(t) && has_area(t)),
+    }
 }
 
 #[cfg(test)]

@@ -49,9 +49,7 @@ impl Clutter {
     /// Appends the clutter to a completed mesh, as pieces that share no vertex with it.
     pub fn append_to(&self, merged: &Merged) -> Merged {
         let mut all = merged.clone();
-        let offset = all.mesh.points.len() as u32;
-        all.mesh.points.extend(&self.mesh.points);
-        all.mesh.triangles.extend(self.mesh.triangles.iter().map(|t| t.map(|v| v + offset)));
+        all.mesh.append(&Mesh { normals: vec![], ..self.mesh.clone() });
         all.labels.resize(all.mesh.points.len(), CLUTTER);
         all.distances.resize(all.mesh.points.len(), 0.0);
         all.heights.resize(all.mesh.points.len(), 0.0);
@@ -80,8 +78,7 @@ mod tests {
 
     fn both(a: &Mesh, b: &Mesh) -> Mesh {
         let mut mesh = a.clone();
-        mesh.points.extend(&b.points);
-        mesh.triangles.extend(b.triangles.iter().map(|t| t.map(|v| v + a.points.len() as u32)));
+        mesh.append(b);
         mesh
     }
 

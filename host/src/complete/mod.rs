@@ -9,6 +9,7 @@ pub mod diffusion;
 pub mod fuse;
 pub mod merge;
 pub mod picture;
+pub mod pieces;
 pub mod unsettled;
 pub mod verdict;
 
@@ -19,10 +20,11 @@ use crate::register::{self, Placed, centred};
 use crate::sentence::sentence;
 use crate::surface::fair;
 use crate::train::distance::Surface;
-use crate::uncertainty::Expected;
 use crate::uncertainty::cues::{Cue, cues};
 use crate::uncertainty::posterior::Posterior;
 use crate::uncertainty::spread::{Spread, spread};
+use crate::uncertainty::{Expected, shares};
+use clean::Cleaned;
 use clutter::{APART, Clutter};
 use depth_rows::DepthScan;
 use fuse::Dense;
@@ -150,9 +152,11 @@ pub fn complete_by(
     begin: impl FnOnce(&Mesh) -> Result<Start, Error> + Send,
     fit: impl FnOnce(&Start) -> Result<Fit, Error>,
 ) -> Result<Completion, Error> {
-    let (scan, specks) = clean::clean(scan);
+    let triangles = scan.triangles.len();
+    let Cleaned { scan, small } = clean::clean(scan);
     let (measured, start) = rayon::join(|| scan_surface(&scan, model), || begin(&scan));
-    let (measured, start) = (measured?, start?);
+    let (scan, measured, start) = with_pieces(model, scan, &small, (measured?, start?))?;
+    let specks = triangles - scan.triangles.len();
     let fit = fit(&start)?;
     let placed = Placed { centre: start.rough.centre, pose: fit.outcome.pose };
     let points = without_clutter(model, &start, &fit);
@@ -181,8 +185,28 @@ pub fn complete_by(
     let cues = posterior.as_ref().map(|posterior| cues(posterior, &placed, &merged)).unwrap_or_default();
     let expected = Expected::new(&cues, model, placed.pose.scale);
     let determined = posterior.as_ref().and_then(spread);
-    let verdict = judge(model, &start, &placed, &fit, &merged, (agreement, determined));
+    let verdict = judge(model, &start, &placed, &fit, &merged, (agreement, determined, &expected));
     Ok(Completion { scan, specks, placed, global, local, merged, cues, expected, clutter, fit, verdict })
+}
+
+/// The scan with those of its small pieces that belong to the shape, and what is made of it.
+fn with_pieces(
+    model: &Model<'_>,
+    mut scan: Mesh,
+    small: &Mesh,
+    (measured, mut start): (Measured, Start),
+) -> Result<(Mesh, Measured, Start), Error> {
+    let pieces = pieces::belonging(model, (&scan, &measured.surface), small, &start.rough)?;
+    if pieces.triangles.is_empty() {
+        return Ok((scan, measured, start));
+    }
+    scan.append(&pieces);
+    let measured = scan_surface(&scan, model)?;
+    // The points of a depth image are not those of its mesh, and have all pieces.
+    if start.depth.is_none() {
+        (start.rough, start.points) = thinned(&scan, &start.rough);
+    }
+    Ok((scan, measured, start))
 }
 
 /// The local fit's distances without what did not settle, the scan's own beyond what the model stores; `voxels` are the
@@ -347,13 +371,19 @@ fn agreement(field: &Dense, points: &OrientedPoints, placed: &Placed, model: &Mo
     }
 }
 
+/// Median expected error of the inferred vertices.
+fn inferred_median(expected: &Expected, merged: &Merged) -> Option<f64> {
+    let [_, inferred] = shares(&expected.errors, &|v| merged.labels[v] == MEASURED);
+    inferred.map(|inferred| inferred.median)
+}
+
 fn judge(
     model: &Model<'_>,
     start: &Start,
     placed: &Placed,
     fit: &Fit,
     merged: &Merged,
-    (agreement, spread): (Agreement, Option<Spread>),
+    (agreement, spread, expected): (Agreement, Option<Spread>, &Expected),
 ) -> Verdict {
     let (mut inferred, mut total) = (0.0, 0.0);
     for (t, corners) in merged.mesh.triangles.iter().enumerate() {
@@ -379,6 +409,7 @@ fn judge(
             start.runner_up,
         ],
         spread,
+        expected: expected.calibrated.then(|| inferred_median(expected, merged)).flatten(),
     }
     .judged(class_millimetre(model, placed))
 }

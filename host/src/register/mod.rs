@@ -38,6 +38,8 @@ pub struct Placed {
 pub struct Registration {
     /// Where the scan lies.
     pub placed: Placed,
+    /// Weights of the shape found with it, standard deviations.
+    pub shape: Vec<f32>,
     /// Share of the scan's points within three class millimetres of the fitted surface, facing its way.
     pub inliers: f64,
     /// The same for the best of the other candidates, 0 without any.
@@ -153,9 +155,9 @@ pub fn register(model: &Model<'_>, scan: &Mesh, seed: u64) -> Result<Registratio
         ranked.par_iter().take(FINALS).map(|other| settled(model, &field, &points, other.pose)).collect();
     let best =
         finals?.into_iter().reduce(|best, other| if other.explained > best.explained { other } else { best });
-    let Some(Scored { pose, inliers, .. }) = best else { return Err(Error::NoMatch) };
+    let Some(Scored { pose, inliers, shape, .. }) = best else { return Err(Error::NoMatch) };
     let runner_up = next_best(&field, &ranked);
-    Ok(Registration { placed: Placed { centre, pose }, inliers, runner_up })
+    Ok(Registration { placed: Placed { centre, pose }, shape, inliers, runner_up })
 }
 
 /// Refines a pose that is known roughly.
@@ -165,8 +167,8 @@ pub fn register(model: &Model<'_>, scan: &Mesh, seed: u64) -> Result<Registratio
 pub fn refine_hint(model: &Model<'_>, scan: &Mesh, hint: &Placed) -> Result<Registration, Error> {
     let (centre, points) = prepare(scan, f64::from(model.header().spacing));
     let rough = hint.about(centre).pose;
-    let Scored { pose, inliers, .. } = settled(model, &Field::of_model(model), &points, rough)?;
-    Ok(Registration { placed: Placed { centre, pose }, inliers, runner_up: 0.0 })
+    let Scored { pose, inliers, shape, .. } = settled(model, &Field::of_model(model), &points, rough)?;
+    Ok(Registration { placed: Placed { centre, pose }, shape, inliers, runner_up: 0.0 })
 }
 
 /// Iterations that draw the model as a whole to a shape.
@@ -186,8 +188,8 @@ const WHOLE: Round = Round {
 /// As for [`refine_hint`].
 pub fn refine_whole(model: &Model<'_>, shape: &Mesh, known: &Placed) -> Result<Registration, Error> {
     let (centre, points) = prepare(shape, f64::from(model.header().spacing));
-    let Scored { pose, inliers, .. } = refine(model, &points, known.about(centre).pose, &[WHOLE])?;
-    Ok(Registration { placed: Placed { centre, pose }, inliers, runner_up: 0.0 })
+    let Scored { pose, inliers, shape, .. } = refine(model, &points, known.about(centre).pose, &[WHOLE])?;
+    Ok(Registration { placed: Placed { centre, pose }, shape, inliers, runner_up: 0.0 })
 }
 
 /// Refuses scans that cannot be of the model's size in the model's unit.

@@ -6,7 +6,7 @@ use crate::mesh::Point;
 use lacuna::Pose;
 
 /// A refined pose.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Scored {
     /// From the centred scan to voxels.
     pub pose: Pose,
@@ -14,6 +14,8 @@ pub struct Scored {
     pub explained: f64,
     /// Share of the points that lie on the fitted surface and face its way.
     pub inliers: f64,
+    /// Weights of the shape found with it, standard deviations.
+    pub shape: Vec<f32>,
 }
 
 /// A pose that explains so much, when the next best explains at most so much of that, needs no longer search.

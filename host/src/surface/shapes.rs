@@ -25,10 +25,8 @@ pub fn sheet(n: u32) -> Mesh {
 
 /// Two meshes as one.
 pub fn joined(a: &Mesh, b: &Mesh) -> Mesh {
-    let shift = a.points.len() as u32;
     let mut mesh = a.clone();
-    mesh.points.extend(&b.points);
-    mesh.triangles.extend(b.triangles.iter().map(|t| t.map(|v| v + shift)));
+    mesh.append(b);
     mesh
 }
 

@@ -162,8 +162,8 @@ fn assemble(truth: &Mesh, views: Vec<View>, pose: &Similarity3<f64>, jump_mm: f6
     let (mut mesh, mut points) = (Mesh::default(), Mesh::default());
     for view in &views {
         let sheet = sheet::sheet(view, jump_mm);
-        sheet::append(&mut points, sheet::cloud(&sheet));
-        sheet::append(&mut mesh, sheet::compacted(sheet));
+        points.append(&sheet::cloud(&sheet));
+        mesh.append(&sheet::compacted(sheet));
     }
     let missing = missing(truth, &mesh, pose);
     Scan { views, mesh, points, model_to_scan: pose.to_homogeneous(), missing }

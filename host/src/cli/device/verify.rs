@@ -91,14 +91,14 @@ impl Verify {
     /// Scans without specks, by name.
     fn meshes(&self) -> Result<Vec<(String, Mesh)>, Failure> {
         if self.scans.is_empty() {
-            let example = ("the example scan".to_owned(), clean(&inputs::scan(None)?.mesh).0);
+            let example = ("the example scan".to_owned(), clean(&inputs::scan(None)?.mesh).scan);
             let sides = [("front", Kind::Front), ("side", Kind::Side)];
             return Ok(std::iter::once(example)
                 .chain(sides.map(|(name, kind)| synthetic(name, kind)))
                 .collect());
         }
         let read =
-            |path: &PathBuf| Ok((path.display().to_string(), clean(&inputs::scan(Some(path))?.mesh).0));
+            |path: &PathBuf| Ok((path.display().to_string(), clean(&inputs::scan(Some(path))?.mesh).scan));
         self.scans.iter().map(read).collect()
     }
 }

@@ -36,14 +36,6 @@ fn joined(view: &View, corners: &[usize; 3], jump_mm: f64) -> bool {
     low > Some(&0) && high.zip(low).is_some_and(|(h, l)| f64::from(h - l) / super::UNITS_PER_MM <= jump_mm)
 }
 
-/// Appends `other`; normals must be there in both or in neither.
-pub(super) fn append(mesh: &mut Mesh, other: Mesh) {
-    let offset = mesh.points.len() as u32;
-    mesh.points.extend(other.points);
-    mesh.normals.extend(other.normals);
-    mesh.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + offset)));
-}
-
 /// Vertices that have a normal, as a point cloud.
 pub(super) fn cloud(sheet: &Mesh) -> Mesh {
     let normals = sheet.vertex_normals();

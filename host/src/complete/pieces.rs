@@ -1,0 +1,83 @@
+//! Small pieces of a scan that belong to the shape after all: the rim of an ear that looks out behind a cheek is no larger
+//! than a speck. What tells them apart is where they lie: on the surface that is fitted to the rest, and where the rest
+//! does not reach.
+
+use super::class_millimetre;
+use crate::mesh::{Mesh, Point, Vector};
+use crate::register::{Error, Placed, Registration, refine_hint};
+use crate::surface::{components, keep_triangles};
+use crate::train::distance::Surface;
+use lacuna::Model;
+use lacuna::corners::Weights;
+use lacuna::cube::Cube;
+
+/// Fewest triangles of a piece whose direction can be told.
+const FEWEST: usize = 8;
+/// Farthest that a piece lies from the surface fitted to the rest, class millimetres: what is farther is clutter.
+const APART: f64 = 8.0;
+/// The same within that distance of the rest, where the fit is good and specks float in front of it.
+const BESIDE: f64 = 2.0;
+
+/// The pieces of `small` that belong to the shape of which `scan` is the rest, `known` to lie so.
+///
+/// # Errors
+/// Those of [`refine_hint`].
+pub fn belonging(
+    model: &Model<'_>,
+    (scan, surface): (&Mesh, &Surface),
+    small: &Mesh,
+    known: &Placed,
+) -> Result<Mesh, Error> {
+    let pieces = components(small);
+    let mut means = vec![Mean::default(); pieces.iter().max().map_or(0, |&p| p as usize + 1)];
+    for (t, &piece) in pieces.iter().enumerate() {
+        means[piece as usize].add(&small.corners(t));
+    }
+    if means.iter().all(|mean| mean.triangles < FEWEST) {
+        return Ok(Mesh::default());
+    }
+    let fitted = refine_hint(model, scan, known)?;
+    let belongs: Vec<bool> = means.iter().map(|mean| mean.belongs(model, &fitted, surface)).collect();
+    Ok(keep_triangles(small, |t| belongs[pieces[t] as usize]))
+}
+
+/// Where a piece lies and which way it faces.
+#[derive(Clone, Default)]
+struct Mean {
+    triangles: usize,
+    area: f64,
+    position: Vector,
+    /// Sum of the triangles' normals times twice their areas.
+    normal: Vector,
+}
+
+impl Mean {
+    fn add(&mut self, [a, b, c]: &[Point; 3]) {
+        let cross = (b - a).cross(&(c - a));
+        let area = cross.norm();
+        self.triangles += 1;
+        self.area += area;
+        self.position += (a.coords + b.coords + c.coords) * (area / 3.0);
+        self.normal += cross;
+    }
+
+    fn belongs(&self, model: &Model<'_>, fitted: &Registration, rest: &Surface) -> bool {
+        let position = Point::from(self.position / self.area);
+        let Some(normal) = self.normal.try_normalize(0.0).filter(|_| self.triangles >= FEWEST) else {
+            return false;
+        };
+        let placed = &fitted.placed;
+        let at = placed.to_model(&position).coords.map(|c| c as f32).into();
+        let mut cube = Cube::new();
+        let Some(cube) = cube.find(model, at) else { return false };
+        let (distance, gradient) = cube.distance(&Weights::new(&fitted.shape));
+        let gradient = Vector::from(gradient.map(f64::from));
+        let steepness = gradient.norm().max(0.3);
+        let turned = placed.pose.rotate(normal.map(|c| c as f32).into()).map(f64::from);
+        let beside = rest.distance(&position, APART * class_millimetre(model, placed)).is_some();
+        let apart = f64::from(distance.abs()) / steepness / f64::from(model.header().scales.millimetre);
+        let faces = gradient.dot(&Vector::from(turned)) > 0.5 * steepness;
+        // Away from the rest the fit may have a thin part, an ear, on the wrong side of the piece.
+        if beside { apart <= BESIDE && faces } else { apart <= APART }
+    }
+}

@@ -1,0 +1,59 @@
+//! Small pieces of a scan are kept where the shape must be and nothing else was seen, and are specks elsewhere.
+
+use lacuna::Fixed;
+use lacuna_host::complete::clean::clean;
+use lacuna_host::complete::{Completion, Hint, Options, complete};
+use lacuna_host::mesh::{Mesh, Point, Vector};
+use lacuna_host::register::Placed;
+use lacuna_host::surface::keep_triangles;
+use lacuna_host::synth::{Head, Kind, ScannerSettings, scan};
+use lacuna_host::train::distance::Surface;
+use lacuna_tests::{default_schedule, model, voxel_pose};
+
+/// The triangles of `mesh` around `centre`, at least eight of them.
+fn patch(mesh: &Mesh, centre: &Point) -> Mesh {
+    let within =
+        |radius: f64| keep_triangles(mesh, |t| mesh.corners(t).iter().all(|p| (p - centre).norm() < radius));
+    let mut patches = (1..200).map(|i| within(0.1 * f64::from(i)));
+    patches.find(|patch| patch.triangles.len() >= 8).expect("a patch")
+}
+
+fn moved(mut mesh: Mesh, by: Vector) -> Mesh {
+    mesh.points.iter_mut().for_each(|p| *p += by);
+    mesh
+}
+
+fn completed(mesh: &Mesh) -> Completion {
+    let model = model();
+    let hint = Hint::Rough(Placed { centre: Point::origin(), pose: voxel_pose(&model) });
+    let options = Options { hint, seed: 1, schedule: default_schedule(&model), finer: 1 };
+    complete::<Fixed>(&model, mesh, &options).expect("a completion")
+}
+
+#[test]
+fn a_piece_where_nothing_else_was_seen_is_kept_and_specks_are_not() {
+    let head = Head::sample(1, 1001).mesh();
+    let view = scan(&head, Kind::Front, &ScannerSettings::default(), 1001);
+    let back = view.model_to_scan.try_inverse().expect("a similarity");
+    let mut seen = clean(&view.mesh).scan;
+    seen.points.iter_mut().for_each(|p| *p = back.transform_point(p));
+    let surface = Surface::new(&seen).expect("a surface");
+    let away = |p: &Point| surface.distance(p, f64::INFINITY).map_or(0.0, |d| d.value);
+    // On the side of the head, where no line of sight gets.
+    let hidden = head.points.iter().filter(|p| (20.0..30.0).contains(&away(p)) && p.y.abs() < 40.0);
+    let hidden = hidden.max_by(|a, b| a.x.total_cmp(&b.x)).expect("a hidden place");
+    let nose = seen.points.iter().max_by(|a, b| a.z.total_cmp(&b.z)).expect("a nose");
+    let cases = [
+        ("hidden", patch(&head, hidden), true),
+        ("over the nose", moved(patch(&seen, nose), Vector::new(0.0, 0.0, 5.0)), false),
+        ("in the air", moved(patch(&seen, nose), Vector::new(90.0, 0.0, 30.0)), false),
+    ];
+    for (name, piece, kept) in cases {
+        let mut mesh = seen.clone();
+        mesh.append(&piece);
+        let pieces = piece.triangles.len();
+        assert_eq!(clean(&mesh).small.triangles.len(), pieces, "{name}: as small as a speck");
+        let more = completed(&mesh).scan.triangles.len() - seen.triangles.len();
+        assert_eq!(more, if kept { pieces } else { 0 }, "{name}");
+    }
+}
