@@ -47,7 +47,7 @@ fn complete_json_carries_the_verdict() {
     let folder = tempdir().unwrap();
     let report = json(folder.path(), &["complete", "--json"]);
     assert_eq!(report["verdict"]["grade"], "good", "{report:#}");
-    for number in ["inlier_share", "seen_rms", "inferred_share", "weight_norm"] {
+    for number in ["inlier_share", "seen_rms", "inferred_share", "weight_norm", "expected"] {
         assert!(report["verdict"][number].is_number(), "{number}: {report:#}");
     }
     assert_eq!(report["output"], "completed.ply");
@@ -59,6 +59,14 @@ fn pure_model_surfaces_are_written_on_request() {
     let arguments = ["--no-picture", "--local-surface", "local.ply", "--global-surface", "global.ply"];
     succeeds(folder.path(), &[&["complete"], arguments.as_slice()].concat());
     assert_eq!(files(folder.path()), ["completed.ply", "global.ply", "local.ply"]);
+}
+
+#[test]
+fn a_simulated_scan_names_its_truth_from_the_folder_above() {
+    let folder = tempdir().unwrap();
+    scan(folder.path(), "3", "front");
+    let sample = lacuna_tests::sample::real(&folder.path().join("scan"));
+    assert_eq!(sample.missing.len(), sample.truth.points.len());
 }
 
 #[test]

@@ -135,6 +135,13 @@ impl OneScan {
         Ok(())
     }
 
+    /// Where the truth is from the folder above, as in a set of scans that share theirs.
+    fn truth_path(&self) -> String {
+        let folder = self.folder.canonicalize().unwrap_or_else(|_| self.folder.clone());
+        let name = folder.file_name().unwrap_or_default();
+        Path::new(name).join("truth.ply").display().to_string()
+    }
+
     fn write(&self, truth: &Mesh, scan: &Scan) -> Result<Value, Failure> {
         let write = |name: &str, mesh: &Mesh| io::write_ply(&self.folder.join(name), &PlyOut::new(mesh));
         write("truth.ply", truth)?;
@@ -159,7 +166,7 @@ impl OneScan {
         });
         let info = json!({
             "name": format!("head {} of seed {}", self.head, self.seed),
-            "ground_truth_mesh": "truth.ply",
+            "ground_truth_mesh": self.truth_path(),
             "camera": camera,
             "views": views,
             "truth": { "model_to_scan": rows(&scan.model_to_scan), "scan_to_model": rows(&inverse) },
