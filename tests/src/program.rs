@@ -14,17 +14,27 @@ pub fn path() -> &'static Path {
     PATH.get_or_init(|| {
         let test = std::env::current_exe().expect("path of the test");
         let profile_folder = test.ancestors().nth(2).expect("target/profile/deps/test");
-        build(profile_folder);
+        build(profile_folder, test_name(&test));
         profile_folder.join(format!("lacuna{}", std::env::consts::EXE_SUFFIX))
     })
 }
 
-fn build(profile_folder: &Path) {
+/// The name of the integration test that an executable is.
+fn test_name(executable: &Path) -> Option<String> {
+    let (name, _) = executable.file_stem()?.to_str()?.rsplit_once('-')?;
+    let source = format!("{}/tests/{name}.rs", env!("CARGO_MANIFEST_DIR"));
+    Path::new(&source).exists().then(|| name.into())
+}
+
+fn build(profile_folder: &Path, test: Option<String>) {
     let profile = profile_folder.file_name().map_or("debug".into(), |name| name.to_string_lossy());
     let profile = if profile == "debug" { "dev".into() } else { profile };
     let target = profile_folder.parent().expect("target folder");
     let status = Command::new(env!("CARGO"))
-        .args(["build", "--quiet", "--package", "lacuna-host", "--bin", "lacuna", "--profile", &profile])
+        .args(["build", "--quiet", "--workspace", "--bin", "lacuna", "--profile", &profile])
+        // With the development dependencies of the test that asks, crates have the features they were built with for it,
+        // and are not compiled once more.
+        .args(test.iter().flat_map(|test| ["--test", test]))
         .arg("--target-dir")
         .arg(target)
         .current_dir(env!("CARGO_MANIFEST_DIR"))

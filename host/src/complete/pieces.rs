@@ -4,7 +4,7 @@
 
 use super::class_millimetre;
 use crate::mesh::{Mesh, Point, Vector};
-use crate::register::{Error, Placed, Registration, refine_hint};
+use crate::register::{Placed, Registration, refine_hint};
 use crate::surface::{components, keep_triangles};
 use crate::train::distance::Surface;
 use lacuna::Model;
@@ -18,27 +18,25 @@ const APART: f64 = 8.0;
 /// The same within that distance of the rest, where the fit is good and specks float in front of it.
 const BESIDE: f64 = 2.0;
 
-/// The pieces of `small` that belong to the shape of which `scan` is the rest, `known` to lie so.
-///
-/// # Errors
-/// Those of [`refine_hint`].
+/// The pieces of `small` that belong to the shape of which `scan` is the rest, `known` to lie so. None where the rest is
+/// too little to fit the shape to.
 pub fn belonging(
     model: &Model<'_>,
     (scan, surface): (&Mesh, &Surface),
     small: &Mesh,
     known: &Placed,
-) -> Result<Mesh, Error> {
+) -> Mesh {
     let pieces = components(small);
     let mut means = vec![Mean::default(); pieces.iter().max().map_or(0, |&p| p as usize + 1)];
     for (t, &piece) in pieces.iter().enumerate() {
         means[piece as usize].add(&small.corners(t));
     }
     if means.iter().all(|mean| mean.triangles < FEWEST) {
-        return Ok(Mesh::default());
+        return Mesh::default();
     }
-    let fitted = refine_hint(model, scan, known)?;
+    let Ok(fitted) = refine_hint(model, scan, known) else { return Mesh::default() };
     let belongs: Vec<bool> = means.iter().map(|mean| mean.belongs(model, &fitted, surface)).collect();
-    Ok(keep_triangles(small, |t| belongs[pieces[t] as usize]))
+    keep_triangles(small, |t| belongs[pieces[t] as usize])
 }
 
 /// Where a piece lies and which way it faces.
