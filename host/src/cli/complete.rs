@@ -9,7 +9,7 @@ use crate::complete::{self, Completion, Hint, Options, Start, complete_by, depth
 use crate::fit::{Digests, Fit};
 use crate::io::{self, PlyOut};
 use crate::mesh::Mesh;
-use crate::uncertainty::{self, Share};
+use crate::uncertainty::Share;
 use crate::{report, unit};
 use lacuna::format::Calibration;
 use lacuna::{Fixed, Model, Schedule, schedule};
@@ -367,8 +367,7 @@ impl Complete {
 }
 
 fn expected_error<'a>(completion: &Completion, model: &'a Model<'_>) -> ExpectedError<'a> {
-    let measured = |v: usize| completion.merged.labels[v] == MEASURED;
-    let [measured, inferred] = uncertainty::shares(&completion.expected.errors, &measured);
+    let [measured, inferred] = completion.expected_shares;
     ExpectedError {
         calibrated: completion.expected.calibrated,
         measured,

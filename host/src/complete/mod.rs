@@ -23,7 +23,7 @@ use crate::train::distance::Surface;
 use crate::uncertainty::cues::{Cue, cues};
 use crate::uncertainty::posterior::Posterior;
 use crate::uncertainty::spread::{Spread, spread};
-use crate::uncertainty::{Expected, shares};
+use crate::uncertainty::{Expected, Share, shares};
 use clean::Cleaned;
 use clutter::{APART, Clutter};
 use depth_rows::DepthScan;
@@ -79,6 +79,8 @@ pub struct Completion {
     pub cues: Vec<Cue>,
     /// Its expected errors; empty as they are.
     pub expected: Expected,
+    /// What they are where it was measured and where it was inferred.
+    pub expected_shares: [Option<Share>; 2],
     /// What of the scan is not in that mesh.
     pub clutter: Clutter,
     /// Results of the core.
@@ -141,7 +143,7 @@ pub fn fit_here<A: Arithmetic>(
     fit::<A>(model, &start.packed(), &start.rough.pose, settings).map_err(Error::Fit)
 }
 
-/// Completes a scan from what `begin` makes of it without specks, with a fit made by `fit`, here or on a device.
+/// Completes a scan from what `begin` makes of it without its small pieces, with a fit made by `fit`, here or on a device.
 ///
 /// # Errors
 /// As for [`complete`], and those of `begin` and `fit`.
@@ -185,8 +187,24 @@ pub fn complete_by(
     let cues = posterior.as_ref().map(|posterior| cues(posterior, &placed, &merged)).unwrap_or_default();
     let expected = Expected::new(&cues, model, placed.pose.scale);
     let determined = posterior.as_ref().and_then(spread);
-    let verdict = judge(model, &start, &placed, &fit, &merged, (agreement, determined, &expected));
-    Ok(Completion { scan, specks, placed, global, local, merged, cues, expected, clutter, fit, verdict })
+    let expected_shares = shares(&expected.errors, &|v| merged.labels[v] == MEASURED);
+    let [_, inferred] = expected_shares;
+    let vague = inferred.filter(|_| expected.calibrated).map(|inferred| inferred.median);
+    let verdict = judge(model, &start, &placed, &fit, &merged, (agreement, determined, vague));
+    Ok(Completion {
+        scan,
+        specks,
+        placed,
+        global,
+        local,
+        merged,
+        cues,
+        expected,
+        expected_shares,
+        clutter,
+        fit,
+        verdict,
+    })
 }
 
 /// The scan with those of its small pieces that belong to the shape, and what is made of it.
@@ -371,19 +389,13 @@ fn agreement(field: &Dense, points: &OrientedPoints, placed: &Placed, model: &Mo
     }
 }
 
-/// Median expected error of the inferred vertices.
-fn inferred_median(expected: &Expected, merged: &Merged) -> Option<f64> {
-    let [_, inferred] = shares(&expected.errors, &|v| merged.labels[v] == MEASURED);
-    inferred.map(|inferred| inferred.median)
-}
-
 fn judge(
     model: &Model<'_>,
     start: &Start,
     placed: &Placed,
     fit: &Fit,
     merged: &Merged,
-    (agreement, spread, expected): (Agreement, Option<Spread>, &Expected),
+    (agreement, spread, expected): (Agreement, Option<Spread>, Option<f64>),
 ) -> Verdict {
     let (mut inferred, mut total) = (0.0, 0.0);
     for (t, corners) in merged.mesh.triangles.iter().enumerate() {
@@ -409,7 +421,7 @@ fn judge(
             start.runner_up,
         ],
         spread,
-        expected: expected.calibrated.then(|| inferred_median(expected, merged)).flatten(),
+        expected,
     }
     .judged(class_millimetre(model, placed))
 }

@@ -7,16 +7,15 @@ use crate::mesh::{Mesh, Point, Vector};
 use crate::register::{Placed, Registration, refine_hint};
 use crate::surface::{components, keep_triangles};
 use crate::train::distance::Surface;
-use lacuna::Model;
 use lacuna::corners::Weights;
 use lacuna::cube::Cube;
+use lacuna::{Model, Standing};
 
 /// Fewest triangles of a piece whose direction can be told.
 const FEWEST: usize = 8;
-/// Farthest that a piece lies from the surface fitted to the rest, class millimetres: what is farther is clutter.
+/// Nearer than this to the rest of the scan, class millimetres, the fit is good: specks float in front of it, and only
+/// what lies on it belongs.
 const APART: f64 = 8.0;
-/// The same within that distance of the rest, where the fit is good and specks float in front of it.
-const BESIDE: f64 = 2.0;
 
 /// The pieces of `small` that belong to the shape of which `scan` is the rest, `known` to lie so. None where the rest is
 /// too little to fit the shape to.
@@ -68,14 +67,12 @@ impl Mean {
         let at = placed.to_model(&position).coords.map(|c| c as f32).into();
         let mut cube = Cube::new();
         let Some(cube) = cube.find(model, at) else { return false };
-        let (distance, gradient) = cube.distance(&Weights::new(&fitted.shape));
-        let gradient = Vector::from(gradient.map(f64::from));
-        let steepness = gradient.norm().max(0.3);
-        let turned = placed.pose.rotate(normal.map(|c| c as f32).into()).map(f64::from);
-        let beside = rest.distance(&position, APART * class_millimetre(model, placed)).is_some();
-        let apart = f64::from(distance.abs()) / steepness / f64::from(model.header().scales.millimetre);
-        let faces = gradient.dot(&Vector::from(turned)) > 0.5 * steepness;
-        // Away from the rest the fit may have a thin part, an ear, on the wrong side of the piece.
-        if beside { apart <= BESIDE && faces } else { apart <= APART }
+        let normal = placed.pose.rotate(normal.map(|c| c as f32).into());
+        match Standing::from_sample(model, Some(cube.distance(&Weights::new(&fitted.shape))), normal) {
+            Standing::Inlier => true,
+            // Away from the rest the fit may have a thin part, an ear, on the wrong side of the piece.
+            Standing::Other => rest.distance(&position, APART * class_millimetre(model, placed)).is_none(),
+            Standing::Clutter => false,
+        }
     }
 }
