@@ -1,4 +1,4 @@
-//! Small pieces of a scan are kept where the shape must be and nothing else was seen, and are specks elsewhere.
+//! Small pieces of a scan are kept where they lie on the shape, and are specks elsewhere.
 
 use lacuna::Fixed;
 use lacuna_host::complete::clean::clean;
@@ -31,7 +31,7 @@ fn completed(mesh: &Mesh) -> Completion {
 }
 
 #[test]
-fn a_piece_where_nothing_else_was_seen_is_kept_and_specks_are_not() {
+fn a_piece_on_the_hidden_side_is_kept_and_specks_are_not() {
     let head = Head::sample(1, 1001).mesh();
     let view = scan(&head, Kind::Front, &ScannerSettings::default(), 1001);
     let back = view.model_to_scan.try_inverse().expect("a similarity");
@@ -45,6 +45,7 @@ fn a_piece_where_nothing_else_was_seen_is_kept_and_specks_are_not() {
     let nose = seen.points.iter().max_by(|a, b| a.z.total_cmp(&b.z)).expect("a nose");
     let cases = [
         ("hidden", patch(&head, hidden), true),
+        ("beside the hidden side", moved(patch(&head, hidden), Vector::new(6.0, 0.0, 0.0)), false),
         ("over the nose", moved(patch(&seen, nose), Vector::new(0.0, 0.0, 5.0)), false),
         ("in the air", moved(patch(&seen, nose), Vector::new(90.0, 0.0, 30.0)), false),
     ];

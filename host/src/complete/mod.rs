@@ -214,7 +214,7 @@ fn with_pieces(
     small: &Mesh,
     (measured, mut start): (Measured, Start),
 ) -> Result<(Mesh, Measured, Start), Error> {
-    let pieces = pieces::belonging(model, (&scan, &measured.surface), small, &start.rough);
+    let pieces = pieces::belonging(model, &scan, small, &start.rough);
     if pieces.triangles.is_empty() {
         return Ok((scan, measured, start));
     }

@@ -1,30 +1,20 @@
 //! Small pieces of a scan that belong to the shape after all: the rim of an ear that looks out behind a cheek is no larger
-//! than a speck. What tells them apart is where they lie: on the surface that is fitted to the rest, and where the rest
-//! does not reach.
+//! than a speck. What tells them apart is where they lie: a piece belongs if it is an inlier of the surface that is fitted to
+//! the rest. What floats farther off may be a speck, and would leave a bump where nothing else was seen.
 
-use super::class_millimetre;
 use crate::mesh::{Mesh, Point, Vector};
 use crate::register::{Placed, Registration, refine_hint};
 use crate::surface::{components, keep_triangles};
-use crate::train::distance::Surface;
 use lacuna::corners::Weights;
 use lacuna::cube::Cube;
 use lacuna::{Model, Standing};
 
 /// Fewest triangles of a piece whose direction can be told.
 const FEWEST: usize = 8;
-/// Nearer than this to the rest of the scan, class millimetres, the fit is good: specks float in front of it, and only
-/// what lies on it belongs.
-const APART: f64 = 8.0;
 
 /// The pieces of `small` that belong to the shape of which `scan` is the rest, `known` to lie so. None where the rest is
 /// too little to fit the shape to.
-pub fn belonging(
-    model: &Model<'_>,
-    (scan, surface): (&Mesh, &Surface),
-    small: &Mesh,
-    known: &Placed,
-) -> Mesh {
+pub fn belonging(model: &Model<'_>, scan: &Mesh, small: &Mesh, known: &Placed) -> Mesh {
     let pieces = components(small);
     let mut means = vec![Mean::default(); pieces.iter().max().map_or(0, |&p| p as usize + 1)];
     for (t, &piece) in pieces.iter().enumerate() {
@@ -34,7 +24,7 @@ pub fn belonging(
         return Mesh::default();
     }
     let Ok(fitted) = refine_hint(model, scan, known) else { return Mesh::default() };
-    let belongs: Vec<bool> = means.iter().map(|mean| mean.belongs(model, &fitted, surface)).collect();
+    let belongs: Vec<bool> = means.iter().map(|mean| mean.belongs(model, &fitted)).collect();
     keep_triangles(small, |t| belongs[pieces[t] as usize])
 }
 
@@ -58,7 +48,7 @@ impl Mean {
         self.normal += cross;
     }
 
-    fn belongs(&self, model: &Model<'_>, fitted: &Registration, rest: &Surface) -> bool {
+    fn belongs(&self, model: &Model<'_>, fitted: &Registration) -> bool {
         let position = Point::from(self.position / self.area);
         let Some(normal) = self.normal.try_normalize(0.0).filter(|_| self.triangles >= FEWEST) else {
             return false;
@@ -68,11 +58,7 @@ impl Mean {
         let mut cube = Cube::new();
         let Some(cube) = cube.find(model, at) else { return false };
         let normal = placed.pose.rotate(normal.map(|c| c as f32).into());
-        match Standing::from_sample(model, Some(cube.distance(&Weights::new(&fitted.shape))), normal) {
-            Standing::Inlier => true,
-            // Away from the rest the fit may have a thin part, an ear, on the wrong side of the piece.
-            Standing::Other => rest.distance(&position, APART * class_millimetre(model, placed)).is_none(),
-            Standing::Clutter => false,
-        }
+        let sample = cube.distance(&Weights::new(&fitted.shape));
+        Standing::from_sample(model, Some(sample), normal) == Standing::Inlier
     }
 }
