@@ -15,7 +15,7 @@ const STEPS: [f32; 5] = [-3.0, -1.5, 0.0, 1.5, 3.0];
 /// `width` × `height` pixels; the panels of a row have one scale.
 pub fn draw(model: &Model<'_>, count: usize, width: usize, height: usize) -> Image {
     let mean = instance(model, 0, 0.0);
-    let (front, up) = directions(&mean);
+    let (front, up) = directions(&mean, &[]);
     // A little from the side, so that depth shows.
     let camera = Camera::new(-front - 0.5 * up.cross(&front), up);
     let rows: Vec<Image> =

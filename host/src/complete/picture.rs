@@ -8,6 +8,9 @@ use crate::mesh::{Mesh, Vector};
 use crate::register::Placed;
 use crate::render::{CLAY, Camera, Image, Panel, picture};
 
+/// A shape is slender if it is this much longer than wide.
+const SLENDER: f64 = 2.0;
+
 /// Colour of the inferred part.
 pub const INFERRED_COLOUR: [u8; 3] = [240, 146, 40];
 /// Colour of what is not part of the class.
@@ -44,19 +47,36 @@ fn drawn(completion: &Completion, titles: [&str; 5], width: usize, height: usize
     let mut panels =
         [&scan, &global, &local, &merged, &merged].map(|mesh| Panel { mesh, colours: None, title: "" });
     panels[4].colours = Some(&colours);
-    let (front, up) = directions(&merged);
+    let labels = &completion.merged.labels;
+    let (front, up) = directions(&merged, labels);
     let right = up.cross(&front).normalize();
-    let side = if leans(&merged, &completion.merged.labels, &right) { right } else { -right };
+    let side = if lean(&merged, labels, false, &right) >= 0.0 { right } else { -right };
     let first = picture(&panels, &Camera::new(-front, up), width, height);
     panels.iter_mut().zip(titles).for_each(|(panel, title)| panel.title = title);
     let second = picture(&panels, &Camera::new(-(front * 0.5 + side), up), width, height);
     [first, second]
 }
 
-/// Where the surface faces on the whole, and what is up in pictures of it.
-pub(crate) fn directions(mesh: &Mesh) -> (Vector, Vector) {
-    let front = front(mesh);
-    (front, if front.y.abs() < 0.9 { Vector::y() } else { Vector::z() })
+/// Where the surface faces on the whole, and what is up in pictures of it. A closed one is seen from the side that was
+/// measured, if `labels` tell; a slender one stands, whatever axis of the frame it lies along.
+pub(crate) fn directions(mesh: &Mesh, labels: &[u8]) -> (Vector, Vector) {
+    let [shortest, middle, longest] = by_extent(mesh);
+    let slender = longest.1 > SLENDER * middle.1;
+    let front = facing(mesh).unwrap_or_else(|| {
+        let side = Vector::ith(if slender && longest.0 == 2 { shortest.0 } else { 2 }, 1.0);
+        if lean(mesh, labels, true, &side) < 0.0 { -side } else { side }
+    });
+    let usual = if front.y.abs() < 0.9 { Vector::y() } else { Vector::z() };
+    let stands = slender && front[longest.0].abs() < 0.9;
+    (front, if stands { Vector::ith(longest.0, 1.0) } else { usual })
+}
+
+/// The axes of the frame with the shape's extents along them, in order of these.
+fn by_extent(mesh: &Mesh) -> [(usize, f64); 3] {
+    let size = mesh.bounds().map_or_else(Vector::zeros, |(low, high)| high - low);
+    let mut axes = [0, 1, 2].map(|axis| (axis, size[axis]));
+    axes.sort_by(|a, b| a.1.total_cmp(&b.1));
+    axes
 }
 
 /// The mesh in voxels of the model, so that pictures of different scans look alike.
@@ -69,8 +89,8 @@ pub(crate) fn in_model(mesh: &Mesh, placed: &Placed) -> Mesh {
     }
 }
 
-/// Where the surface faces on the whole; z for a closed one.
-fn front(mesh: &Mesh) -> Vector {
+/// Where the surface faces on the whole; nowhere if it is closed.
+fn facing(mesh: &Mesh) -> Option<Vector> {
     let (mut sum, mut total) = (Vector::zeros(), 0.0);
     for t in 0..mesh.triangles.len() {
         let [a, b, c] = mesh.corners(t);
@@ -80,12 +100,61 @@ fn front(mesh: &Mesh) -> Vector {
     }
     // A face's mean normal tilts with its chin: it is the axis nearest to it that is "front".
     let axis = sum.iamax();
-    if sum.norm() > 0.1 * total { Vector::ith(axis, sum[axis].signum()) } else { Vector::z() }
+    (sum.norm() > 0.1 * total).then(|| Vector::ith(axis, sum[axis].signum()))
 }
 
-/// Whether more of the inferred part faces `side` than the other way.
-fn leans(mesh: &Mesh, labels: &[u8], side: &Vector) -> bool {
+/// How much more of the measured or of the inferred part faces `side` than the other way.
+fn lean(mesh: &Mesh, labels: &[u8], measured: bool, side: &Vector) -> f64 {
     let normals = mesh.vertex_normals();
-    let inferred = normals.iter().zip(labels).filter(|(_, label)| **label != MEASURED);
-    inferred.map(|(normal, _)| normal.dot(side)).sum::<f64>() >= 0.0
+    let chosen = normals.iter().zip(labels).filter(|(_, label)| (**label == MEASURED) == measured);
+    chosen.map(|(normal, _)| normal.dot(side)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::complete::merge::INFERRED;
+    use crate::mesh::Point;
+
+    /// An octahedron with these extents.
+    fn octahedron(size: [f64; 3]) -> Mesh {
+        let sign = |i: usize| if i % 2 == 1 { 1.0 } else { -1.0 };
+        let tip = |i: usize| Point::from(Vector::ith(i / 2, sign(i) * size[i / 2] / 2.0));
+        let face =
+            |[x, y, z]: [u32; 3]| if (x + y + z) % 2 == 1 { [x, 2 + y, 4 + z] } else { [x, 4 + z, 2 + y] };
+        let signs = (0..8).map(|i| [i & 1, i >> 1 & 1, i >> 2]);
+        Mesh { points: (0..6).map(tip).collect(), normals: vec![], triangles: signs.map(face).collect() }
+    }
+
+    #[test]
+    fn a_slender_shape_stands_and_is_seen_from_its_broad_side() {
+        let (x, y, z) = (Vector::x(), Vector::y(), Vector::z());
+        assert_eq!(directions(&octahedron([1.0, 1.5, 5.0]), &[]), (x, z));
+        assert_eq!(directions(&octahedron([5.0, 1.5, 1.0]), &[]), (z, x));
+        assert_eq!(directions(&octahedron([1.0, 5.0, 1.0]), &[]), (z, y));
+        assert_eq!(directions(&octahedron([1.0, 1.0, 1.9]), &[]), (z, y));
+        assert_eq!(directions(&Mesh::default(), &[]), (z, y));
+    }
+
+    #[test]
+    fn an_open_surface_is_seen_from_where_it_faces() {
+        let whole = octahedron([1.0, 1.2, 1.0]);
+        for axis in 0..3 {
+            let half = |t: &[u32; 3]| t.contains(&(2 * axis as u32 + 1));
+            let cup =
+                Mesh { triangles: whole.triangles.iter().copied().filter(half).collect(), ..whole.clone() };
+            let (front, up) = directions(&cup, &[]);
+            assert_eq!(front, Vector::ith(axis, 1.0));
+            assert_eq!(up, if axis == 1 { Vector::z() } else { Vector::y() });
+        }
+    }
+
+    #[test]
+    fn a_closed_surface_is_seen_from_the_measured_side() {
+        let bone = octahedron([1.0, 1.5, 5.0]);
+        let measured =
+            |tip: usize| (0..6).map(|i| if i == tip { MEASURED } else { INFERRED }).collect::<Vec<u8>>();
+        assert_eq!(directions(&bone, &measured(0)).0, -Vector::x());
+        assert_eq!(directions(&bone, &measured(1)).0, Vector::x());
+    }
 }

@@ -138,7 +138,7 @@ fn scene(completion: &Completion, model: &Model<'_>) -> Scene {
             ..surface("completed", &merged, to_scan, completion.merged.distances.clone())
         },
     ];
-    let (front, up) = picture::directions(&merged);
+    let (front, up) = picture::directions(&merged, &completion.merged.labels);
     let axes =
         [up.cross(&front), front.cross(&up.cross(&front)), front].map(|axis: Vector| axis.normalize().into());
     Scene::new(unit, ranges, axes, &surfaces)
