@@ -1,17 +1,16 @@
 //! `lacuna complete`.
 
+use super::completed::{Clutter, Completed, ExpectedError};
 use super::inputs::{self, Subject};
 use super::{Common, Failure, bar, say};
 use crate::check::alternatives;
 use crate::complete::merge::MEASURED;
 use crate::complete::verdict::Grade;
 use crate::complete::{self, Completion, Hint, Options, Start, complete_by, depth_rows, fit_here, picture};
-use crate::fit::{Digests, Fit};
+use crate::fit::Fit;
 use crate::io::{self, PlyOut};
 use crate::mesh::Mesh;
-use crate::uncertainty::Share;
 use crate::{report, unit};
-use lacuna::format::Calibration;
 use lacuna::{Fixed, Model, Schedule, schedule};
 use std::path::PathBuf;
 
@@ -57,50 +56,6 @@ pub struct Complete {
     /// Keep the previous weights for a heavy-ball term instead of varying the step lengths
     #[arg(long)]
     momentum: bool,
-}
-
-#[derive(serde::Serialize)]
-struct Report<'a> {
-    scan: String,
-    class: &'a str,
-    model_checksum: String,
-    output: String,
-    picture: Option<String>,
-    report: Option<String>,
-    vertices: usize,
-    triangles: usize,
-    measured_vertices: usize,
-    specks_removed: usize,
-    scan_to_model: [[f64; 4]; 4],
-    verdict: &'a complete::verdict::Verdict,
-    clutter: Clutter,
-    expected_error: ExpectedError<'a>,
-    hull_voxels: u32,
-    /// Those of them that only mirror images of the scan reach.
-    mirrored_voxels: usize,
-    buffer_bytes: usize,
-    digests: Digests,
-    seconds: f64,
-    notes: Vec<String>,
-}
-
-/// What of the scan is not part of the class; areas in the model's unit squared.
-#[derive(serde::Serialize)]
-struct Clutter {
-    points: usize,
-    area_share: f64,
-    area: f64,
-    kept: bool,
-}
-
-/// One-sigma errors of the vertices, in the model's unit.
-#[derive(serde::Serialize)]
-struct ExpectedError<'a> {
-    calibrated: bool,
-    measured: Option<Share>,
-    inferred: Option<Share>,
-    /// Lengths of it in voxels.
-    calibration: Option<&'a Calibration>,
 }
 
 impl Complete {
@@ -201,13 +156,34 @@ impl Complete {
     }
 
     fn write(&self, completion: &Completion, model: &Model<'_>, factor: f64) -> Result<(), Failure> {
-        let back = |mesh: &Mesh| inputs::scaled(mesh.clone(), 1.0 / factor);
+        self.write_completed(completion, model, factor)?;
+        for (path, mesh) in
+            [(&self.local_surface, &completion.local), (&self.global_surface, &completion.global)]
+        {
+            if let Some(path) = path {
+                io::write_ply(path, &PlyOut::new(&back(mesh, factor)))?;
+            }
+        }
+        if let Some(path) = self.picture_path() {
+            let png = picture::draw(completion, 480, 560).png()?;
+            io::atomic::write(&path, |file| file.write_all(&png))?;
+        }
+        Ok(())
+    }
+
+    /// The completed mesh with labels, colours, distances and expected errors.
+    fn write_completed(
+        &self,
+        completion: &Completion,
+        model: &Model<'_>,
+        factor: f64,
+    ) -> Result<(), Failure> {
         let merged = if self.keep_clutter {
             &completion.clutter.append_to(&completion.merged)
         } else {
             &completion.merged
         };
-        let mesh = back(&merged.mesh);
+        let mesh = back(&merged.mesh, factor);
         let colours = picture::colours(&merged.labels);
         let distances: Vec<f32> = merged.distances.iter().map(|d| d / factor as f32).collect();
         let mut expected: Vec<f32> = completion.expected.errors.iter().map(|e| e / factor as f32).collect();
@@ -235,17 +211,6 @@ impl Complete {
             out.comments.push(format!("expected_error: one sigma, 68 % of the true errors are smaller{how}"));
         }
         io::write_ply(&self.output, &out)?;
-        for (path, mesh) in
-            [(&self.local_surface, &completion.local), (&self.global_surface, &completion.global)]
-        {
-            if let Some(path) = path {
-                io::write_ply(path, &PlyOut::new(&back(mesh)))?;
-            }
-        }
-        if let Some(path) = self.picture_path() {
-            let png = picture::draw(completion, 480, 560).png()?;
-            io::atomic::write(&path, |file| file.write_all(&png))?;
-        }
         Ok(())
     }
 
@@ -281,7 +246,7 @@ impl Complete {
         (seconds, notes): (f64, Vec<String>),
     ) {
         let measured = completion.merged.labels.iter().filter(|&&l| l == MEASURED).count();
-        let report = Report {
+        let completed = Completed {
             scan: self.subject.name(),
             class: model.header().class,
             model_checksum: format!("{:08x}", model.checksum()),
@@ -294,13 +259,8 @@ impl Complete {
             specks_removed: completion.specks,
             scan_to_model: inputs::matrix(&completion.placed, model),
             verdict: &completion.verdict,
-            clutter: Clutter {
-                points: completion.clutter.mesh.points.len(),
-                area_share: completion.clutter.area_share,
-                area: completion.clutter.area,
-                kept: self.keep_clutter,
-            },
-            expected_error: expected_error(completion, model),
+            clutter: Clutter::of(completion, self.keep_clutter),
+            expected_error: ExpectedError::of(completion, model),
             hull_voxels: completion.fit.outcome.hull_voxels,
             mirrored_voxels: completion.fit.mirrored(),
             buffer_bytes: completion.fit.buffer_bytes,
@@ -309,81 +269,14 @@ impl Complete {
             notes,
         };
         if common.json {
-            say(&serde_json::to_string_pretty(&report).unwrap_or_default());
+            say(&serde_json::to_string_pretty(&completed).unwrap_or_default());
             return;
         }
-        let verdict = &completion.verdict;
-        let symbol = unit::symbol(model.header().unit);
-        say(&format!("verdict         {}", format!("{:?}", verdict.grade).to_lowercase()));
-        for reason in &verdict.reasons {
-            say(&format!("                {reason}"));
-        }
-        report.notes.iter().for_each(|note| say(&format!("note            {note}")));
-        say(&format!(
-            "inliers         {:.1} % of the scan near the model lies on it",
-            100.0 * verdict.inlier_share
-        ));
-        say(&format!("seen part       {:.3} {symbol} rms from the fitted surface", verdict.seen_rms));
-        say(&format!(
-            "inferred part   {:.0} % of the surface, {:.0} {symbol}2",
-            100.0 * verdict.inferred_share,
-            verdict.inferred_area
-        ));
-        tell_expected(&report.expected_error, symbol);
-        let Clutter { points, area_share, area, kept } = report.clutter;
-        if points > 0 {
-            let how = if kept { "kept with label 2" } else { "left out (--keep-clutter keeps it)" };
-            say(&format!(
-                "not the class   {:.0} % of the scan, {area:.0} {symbol}2, {points} points: {how}",
-                100.0 * area_share
-            ));
-        }
-        if report.mirrored_voxels > 0 {
-            say(&format!(
-                "mirror prior    {} of {} hull voxels from the other side",
-                report.mirrored_voxels, report.hull_voxels
-            ));
-        }
-        say(&format!("weights         {:.2} deviations rms", verdict.weight_norm));
-        say(&format!("scale           {:.3} of the class", verdict.scale));
-        say(&format!(
-            "pose            {:.1} % inliers, next best {:.1} %",
-            100.0 * verdict.pose_inliers[0],
-            100.0 * verdict.pose_inliers[1]
-        ));
-        let d = &completion.fit.digests;
-        say(&format!(
-            "digests         pose {:08x} hull {:08x} global {:08x} local {:08x} distances {:08x}",
-            d.pose, d.hull, d.global, d.local, d.distances
-        ));
-        say(&format!("mesh            {} ({} vertices, {seconds:.2} s)", report.output, report.vertices));
-        if let Some(picture) = report.picture {
-            say(&format!("picture         {picture}"));
-        }
-        if let Some(path) = report.report {
-            say(&format!("report          {path}"));
-        }
+        completed.lines(unit::symbol(model.header().unit)).iter().for_each(|line| say(line));
     }
 }
 
-fn expected_error<'a>(completion: &Completion, model: &'a Model<'_>) -> ExpectedError<'a> {
-    let [measured, inferred] = completion.expected_shares;
-    ExpectedError {
-        calibrated: completion.expected.calibrated,
-        measured,
-        inferred,
-        calibration: model.calibration(),
-    }
-}
-
-fn tell_expected(expected: &ExpectedError<'_>, symbol: &str) {
-    let part = |share: Option<Share>| {
-        share.map_or("-".into(), |s| format!("{:.2} {symbol} (95 % under {:.2})", s.median, s.p95))
-    };
-    let guess = if expected.calibrated { "" } else { "; a guess, the model is not calibrated" };
-    say(&format!(
-        "expected error  {} where measured, {} where inferred{guess}",
-        part(expected.measured),
-        part(expected.inferred)
-    ));
+/// A mesh back in the unit of the scan.
+fn back(mesh: &Mesh, factor: f64) -> Mesh {
+    inputs::scaled(mesh.clone(), 1.0 / factor)
 }

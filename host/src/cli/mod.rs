@@ -3,6 +3,7 @@
 mod bug;
 mod check;
 mod complete;
+mod completed;
 mod device;
 mod evaluate;
 mod inputs;

@@ -1,0 +1,150 @@
+//! What `complete` tells of a completion: one JSON object, or lines to read.
+
+use crate::complete::Completion;
+use crate::complete::verdict::Verdict;
+use crate::fit::Digests;
+use crate::uncertainty::Share;
+use lacuna::Model;
+use lacuna::format::Calibration;
+
+#[derive(serde::Serialize)]
+pub struct Completed<'a> {
+    pub scan: String,
+    pub class: &'a str,
+    pub model_checksum: String,
+    pub output: String,
+    pub picture: Option<String>,
+    pub report: Option<String>,
+    pub vertices: usize,
+    pub triangles: usize,
+    pub measured_vertices: usize,
+    pub specks_removed: usize,
+    pub scan_to_model: [[f64; 4]; 4],
+    pub verdict: &'a Verdict,
+    pub clutter: Clutter,
+    pub expected_error: ExpectedError<'a>,
+    pub hull_voxels: u32,
+    /// Those of them that only mirror images of the scan reach.
+    pub mirrored_voxels: usize,
+    pub buffer_bytes: usize,
+    pub digests: Digests,
+    pub seconds: f64,
+    pub notes: Vec<String>,
+}
+
+/// What of the scan is not part of the class; areas in the model's unit squared.
+#[derive(serde::Serialize)]
+pub struct Clutter {
+    points: usize,
+    area_share: f64,
+    area: f64,
+    kept: bool,
+}
+
+/// One-sigma errors of the vertices, in the model's unit.
+#[derive(serde::Serialize)]
+pub struct ExpectedError<'a> {
+    calibrated: bool,
+    measured: Option<Share>,
+    inferred: Option<Share>,
+    /// Lengths of it in voxels.
+    calibration: Option<&'a Calibration>,
+}
+
+impl Completed<'_> {
+    /// The lines; `symbol` is that of the model's unit.
+    pub fn lines(&self, symbol: &str) -> Vec<String> {
+        let mut lines = self.judgement();
+        lines.extend(self.surface(symbol));
+        lines.extend(self.fit());
+        lines.extend(self.outputs());
+        lines
+    }
+
+    fn judgement(&self) -> Vec<String> {
+        let grade = format!("{:?}", self.verdict.grade).to_lowercase();
+        let reasons = self.verdict.reasons.iter().map(|reason| format!("                {reason}"));
+        let notes = self.notes.iter().map(|note| format!("note            {note}"));
+        [format!("verdict         {grade}")].into_iter().chain(reasons).chain(notes).collect()
+    }
+
+    fn surface(&self, symbol: &str) -> Vec<String> {
+        let verdict = self.verdict;
+        let mut lines = vec![
+            format!(
+                "inliers         {:.1} % of the scan near the model lies on it",
+                100.0 * verdict.inlier_share
+            ),
+            format!("seen part       {:.3} {symbol} rms from the fitted surface", verdict.seen_rms),
+            format!(
+                "inferred part   {:.0} % of the surface, {:.0} {symbol}2",
+                100.0 * verdict.inferred_share,
+                verdict.inferred_area
+            ),
+            self.expected_error.line(symbol),
+        ];
+        lines.extend(self.clutter.line(symbol));
+        if self.mirrored_voxels > 0 {
+            lines.push(format!(
+                "mirror prior    {} of {} hull voxels from the other side",
+                self.mirrored_voxels, self.hull_voxels
+            ));
+        }
+        lines
+    }
+
+    fn fit(&self) -> [String; 4] {
+        let verdict = self.verdict;
+        let [found, next] = verdict.pose_inliers.map(|share| 100.0 * share);
+        let Digests { pose, hull, global, local, distances } = self.digests;
+        [
+            format!("weights         {:.2} deviations rms", verdict.weight_norm),
+            format!("scale           {:.3} of the class", verdict.scale),
+            format!("pose            {found:.1} % inliers, next best {next:.1} %"),
+            format!(
+                "digests         pose {pose:08x} hull {hull:08x} global {global:08x} local {local:08x} distances {distances:08x}"
+            ),
+        ]
+    }
+
+    fn outputs(&self) -> Vec<String> {
+        let mesh =
+            format!("mesh            {} ({} vertices, {:.2} s)", self.output, self.vertices, self.seconds);
+        let picture = self.picture.iter().map(|path| format!("picture         {path}"));
+        let report = self.report.iter().map(|path| format!("report          {path}"));
+        [mesh].into_iter().chain(picture).chain(report).collect()
+    }
+}
+
+impl Clutter {
+    pub fn of(completion: &Completion, kept: bool) -> Self {
+        let clutter = &completion.clutter;
+        Self { points: clutter.mesh.points.len(), area_share: clutter.area_share, area: clutter.area, kept }
+    }
+
+    fn line(&self, symbol: &str) -> Option<String> {
+        let how = if self.kept { "kept with label 2" } else { "left out (--keep-clutter keeps it)" };
+        let Self { points, area_share, area, .. } = self;
+        (*points > 0).then(|| {
+            let share = 100.0 * area_share;
+            format!("not the class   {share:.0} % of the scan, {area:.0} {symbol}2, {points} points: {how}")
+        })
+    }
+}
+
+impl<'a> ExpectedError<'a> {
+    pub fn of(completion: &Completion, model: &'a Model<'_>) -> Self {
+        let [measured, inferred] = completion.expected_shares;
+        let calibrated = completion.expected.calibrated;
+        Self { calibrated, measured, inferred, calibration: model.calibration() }
+    }
+
+    fn line(&self, symbol: &str) -> String {
+        let part = |share: Option<Share>| {
+            share.map_or("-".into(), |s| format!("{:.2} {symbol} (95 % under {:.2})", s.median, s.p95))
+        };
+        let guess = if self.calibrated { "" } else { "; a guess, the model is not calibrated" };
+        let (measured, inferred) = (part(self.measured), part(self.inferred));
+        format!("expected error  {measured} where measured, {inferred} where inferred{guess}")
+    }
+}
