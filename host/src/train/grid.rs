@@ -1,7 +1,12 @@
 //! The grid training works on: its sides, and the memory its volumes need, known before any is taken.
 
-use super::{Error, Settings, bounds, class_millimetre, usual_spacing};
+use super::{Error, Settings, bounds, class_millimetre};
 use crate::mesh::Mesh;
+
+/// Edge of a voxel in class millimetres, if the longest side allows it.
+const USUAL_SPACING: f64 = 3.3;
+/// Voxels along the longest side, at least and at most.
+const SIDE_VOXELS: [f64; 2] = [60.0, 90.0];
 
 /// Largest number of voxels a side.
 const MOST: f64 = lacuna::grid::MAX_SIDE as f64;
@@ -112,6 +117,11 @@ impl Budget {
         let (limit, shapes) = (self.limit, self.shapes);
         if needed <= limit { Ok(()) } else { Err(Error::Memory { needed, limit, shapes }) }
     }
+}
+
+/// Voxel edge for a class: finer for slender shapes, within bounds.
+fn usual_spacing(millimetre: f64, size: f64) -> f64 {
+    (USUAL_SPACING * millimetre).clamp(size / SIDE_VOXELS[1], size / SIDE_VOXELS[0])
 }
 
 #[cfg(test)]

@@ -1,0 +1,60 @@
+//! Why training is refused.
+
+/// Why training is refused.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// Fewer than two shapes.
+    #[error("a model needs at least 2 training shapes, {0} given: add meshes")]
+    TooFew(usize),
+    /// A mesh without triangles.
+    #[error("training shape {0} has no triangles with an area: a model is trained on meshes, not on points")]
+    NoSurface(usize),
+    /// All shapes are equal.
+    #[error("the training shapes do not differ: a model needs shapes that vary")]
+    NoVariation,
+    /// A grid that is too large.
+    #[error(
+        "a voxel of {spacing} makes a grid of {voxels:.0} voxels a side, over 1024: choose a larger --spacing"
+    )]
+    TooFine {
+        /// The voxel edge asked for.
+        spacing: f64,
+        /// Voxels along the longest side, without the margin.
+        voxels: f64,
+    },
+    /// A voxel edge that single precision cannot hold.
+    #[error("a voxel of {0:e} is no usable length: choose a --spacing in the unit of the meshes")]
+    Spacing(f64),
+    /// More memory than allowed.
+    #[error(
+        "meshes and volumes of {shapes} shapes may need {needed} bytes of memory, --max-memory allows {limit}: choose a \
+         larger --spacing, use fewer shapes, or allow more"
+    )]
+    Memory {
+        /// Bytes they may need.
+        needed: u64,
+        /// Bytes allowed.
+        limit: u64,
+        /// Number of shapes.
+        shapes: u64,
+    },
+    /// Nothing common to the shapes.
+    #[error(
+        "the training shapes have no surface in common: are they of one class, and in one pose (--align)?"
+    )]
+    NoBand,
+    /// No plane the shapes are symmetric about.
+    #[error(
+        "the shapes are not symmetric: their best mirror images lie {deviation:.3} off in the root mean square, at \
+         most {limit:.3} are allowed; train without --symmetric"
+    )]
+    NotSymmetric {
+        /// Root mean square distance of the mirror images, in the shapes' unit.
+        deviation: f64,
+        /// Largest one allowed.
+        limit: f64,
+    },
+    /// Too many bricks or bytes.
+    #[error("the model would have {0} bricks, at most 65534 can be stored: choose a larger --spacing")]
+    TooLarge(usize),
+}

@@ -1,0 +1,201 @@
+//! The grid of a model, what is known of the shapes on it, and the file that comes of it.
+
+use super::band::{Band, Moments, coarse};
+use super::distance::Surface;
+use super::grid::{self, Budget};
+use super::model_file::{self, Draft};
+use super::volume::{self, Lattice, Volume};
+use super::{Distances, Error, Settings, bounds, class_millimetre, line_of_sight, pca, symmetry};
+use crate::mesh::{Mesh, Vector};
+use lacuna::format::{Header, Jitter, Scales};
+use rayon::prelude::*;
+
+/// Far field samples per brick edge are two: a brick of six voxels has one every three.
+const FAR_PER_BRICK: usize = 2;
+/// Largest share of training shapes that may see a node of the far field across their border. It lets the surface
+/// go on beyond the stored voxels for those who reach farther than most, at no cost in the model's size.
+const FAR_BORDER_SHARE: f64 = 0.95;
+/// Stored voxels on either side of the mean surface, at least.
+const LEAST_VOXELS: f64 = 1.8;
+
+/// The grid and what is known of the shapes on it coarsely.
+pub(super) struct Plan {
+    pub surfaces: Vec<Surface>,
+    pub lattice: Lattice,
+    millimetre: f64,
+    brick: usize,
+    stride: u8,
+    /// Distances at the far nodes.
+    coarse: Vec<Moments>,
+    /// Band behind and in front, and how it widens.
+    band: Band,
+    border_share: f64,
+    pub distances: Distances,
+    symmetry: Option<symmetry::Plane>,
+}
+
+impl Plan {
+    /// Distances of one shape at some places of a lattice.
+    pub fn measure(&self, surface: &Surface, shape: &Mesh, lattice: &Lattice, places: &[u32]) -> Volume {
+        match self.distances {
+            Distances::Exact => volume::sample(surface, lattice, places),
+            Distances::Sight => line_of_sight::sample(shape, lattice, places, 10.0 * self.millimetre),
+        }
+    }
+
+    pub fn new(shapes: &[Mesh], settings: &Settings) -> Result<Self, Error> {
+        let mut surfaces = Vec::with_capacity(shapes.len());
+        for (number, shape) in shapes.iter().enumerate() {
+            surfaces.push(Surface::new(shape).ok_or(Error::NoSurface(number))?);
+        }
+        let millimetre = class_millimetre(shapes);
+        let (low, high) = bounds(shapes);
+        grid::check(shapes, settings)?;
+        let (spacing, stride, brick) = grid::voxel(shapes, settings);
+        let [behind, front] = settings.band.map(|b| b * millimetre);
+        let band = Band { behind, front, spread: settings.spread, least: LEAST_VOXELS * spacing };
+
+        let margin = behind.max(front) + 12.0 * millimetre + 3.0 * spacing;
+        let sides = grid::sides((high - low).add_scalar(2.0 * margin).into(), spacing, brick)?;
+        let lattice = Lattice { origin: low - Vector::repeat(margin), spacing, sides };
+        let all: Vec<&Surface> = surfaces.iter().collect();
+        let nodes = lattice.coarse(brick / FAR_PER_BRICK);
+        Budget::new(shapes, settings).check_nodes(nodes.len())?;
+        let coarse = coarse(&all, &nodes);
+        let border_share = settings.border_share;
+        let distances = settings.distances;
+        let symmetry = settings.symmetric.then(|| symmetry::find(shapes, &surfaces)).transpose()?;
+        Ok(Self {
+            surfaces,
+            lattice,
+            millimetre,
+            brick,
+            stride,
+            coarse,
+            band,
+            border_share,
+            distances,
+            symmetry,
+        })
+    }
+
+    /// Voxels that may lie in the band, judged by the mean distance at the nodes around them; `margin` standard
+    /// deviations more than the band of all shapes needs, for the bands of some of them.
+    pub fn candidates(&self, margin: f64) -> Vec<u32> {
+        let far = self.brick / FAR_PER_BRICK;
+        let nodes = self.lattice.coarse(far);
+        let slack = nodes.spacing * 3f64.sqrt();
+        let band = Band { spread: self.band.spread + margin, ..self.band };
+        let near = |voxel: [usize; 3]| {
+            band.holds(&self.coarse[nodes.index(voxel.map(|v| (v + far / 2) / far))], slack)
+        };
+        (0..self.lattice.len()).filter(|&i| near(self.lattice.voxel(i))).map(|i| i as u32).collect()
+    }
+
+    /// Candidates (by number) inside the band and on the support.
+    pub fn band(&self, volumes: &[&Volume]) -> Vec<usize> {
+        let stored = |&i: &usize| {
+            let moments = Moments::of(volumes, i);
+            self.band.holds(&moments, 0.0) && moments.border <= self.border_share
+        };
+        let candidates = volumes.first().map_or(0, |v| v.distances.len());
+        (0..candidates).into_par_iter().filter(stored).collect()
+    }
+
+    pub fn encode(
+        &self,
+        settings: &Settings,
+        voxels: &[u32],
+        pca: pca::Pca,
+        surfaces: &[&Surface],
+    ) -> Result<Vec<u8>, Error> {
+        let crop = self.crop(voxels);
+        let h = self.lattice.spacing;
+        let moved: Vec<u32> = voxels.iter().map(|&place| crop.moved(&self.lattice, place)).collect();
+        let far = self.brick / FAR_PER_BRICK;
+        let nodes = crop.lattice.coarse(far);
+        // The crop is not a multiple of the far stride away: sample the far field on its own nodes.
+        let far_values = coarse(surfaces, &nodes)
+            .into_iter()
+            .map(|at| (at.border <= FAR_BORDER_SHARE.max(self.border_share)).then_some((at.mean / h) as f32))
+            .collect();
+        let u = (self.millimetre / h) as f32;
+        let made = format!(
+            "lacuna {}; spacing {h}; band -{:.3} to {:.3} and {} deviations; {} distances",
+            env!("CARGO_PKG_VERSION"),
+            self.band.behind,
+            self.band.front,
+            self.band.spread,
+            if self.distances == Distances::Exact { "exact" } else { "line of sight" }
+        );
+        let header = Header {
+            class: &settings.class,
+            made: &made,
+            shapes: surfaces.len() as u32,
+            unit: settings.unit,
+            spacing: h as f32,
+            origin: crop.lattice.origin.coords.map(|c| c as f32).into(),
+            sides: crop.lattice.sides.map(|side| side as u16),
+            brick: self.brick as u8,
+            far_stride: far as u8,
+            stride: self.stride,
+            modes: pca.modes.len() as u8,
+            bricks: 0,
+            voxels: 0,
+            explained: pca.explained as f32,
+            scales: Scales {
+                millimetre: u,
+                front: (6.5 * u).clamp(1.0, 7.5),
+                behind: (3.2 * u).max(0.8).min((6.5 * u).clamp(1.0, 7.5)),
+                global_ridge: 0.0025 * u * u,
+                local_ridge: 10.0 * u * u,
+                voxel_ridge: 0.02 * u * u,
+            },
+        };
+        let cells: usize = crop.lattice.sides.iter().map(|side| side / self.brick).product();
+        if cells >= usize::from(lacuna::format::ABSENT) {
+            return Err(Error::TooLarge(cells));
+        }
+        let mut order: Vec<usize> = (0..moved.len()).collect();
+        order.sort_by_key(|&i| moved[i]);
+        Ok(model_file::encode(&Draft {
+            header,
+            symmetry: self.symmetry.map(|plane| plane.in_voxels(&crop.lattice)),
+            jitter: settings.jitter.map(|jitter| Jitter { shift: jitter.shift / h as f32, ..jitter }),
+            lattice: crop.lattice,
+            voxels: order.iter().map(|&i| moved[i]).collect(),
+            mean: order.iter().map(|&i| pca.mean[i]).collect(),
+            modes: pca.modes.iter().map(|mode| order.iter().map(|&i| mode[i]).collect()).collect(),
+            far: far_values,
+        }))
+    }
+
+    /// The smallest grid of whole bricks around the stored voxels.
+    fn crop(&self, voxels: &[u32]) -> Crop {
+        let (mut low, mut high) = ([usize::MAX; 3], [0; 3]);
+        for &place in voxels {
+            for (axis, v) in self.lattice.voxel(place as usize).into_iter().enumerate() {
+                low[axis] = low[axis].min(v);
+                high[axis] = high[axis].max(v);
+            }
+        }
+        let sides =
+            std::array::from_fn(|axis| (high[axis] + 1 - low[axis]).div_ceil(self.brick) * self.brick);
+        Crop {
+            low,
+            lattice: Lattice { origin: self.lattice.point(low), spacing: self.lattice.spacing, sides },
+        }
+    }
+}
+
+struct Crop {
+    low: [usize; 3],
+    lattice: Lattice,
+}
+
+impl Crop {
+    fn moved(&self, from: &Lattice, place: u32) -> u32 {
+        let voxel = from.voxel(place as usize);
+        self.lattice.index(std::array::from_fn(|axis| voxel[axis] - self.low[axis])) as u32
+    }
+}

@@ -1,0 +1,60 @@
+//! What a model maker can choose.
+
+use lacuna::format::{Jitter, Unit};
+
+/// How the training shapes' distances are measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Distances {
+    /// Exactly, to the closest triangle: for clean meshes.
+    Exact,
+    /// Along lines of sight, then propagated: for scans, and for meshes that fold or cut themselves.
+    Sight,
+}
+
+/// What a model maker can choose.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Name of the shape class.
+    pub class: String,
+    /// Voxel edge in the unit of the meshes; from the class's size if not given.
+    pub spacing: Option<f64>,
+    /// Most modes to keep.
+    pub modes: usize,
+    /// Stride of the weight grid, voxels; from the spacing if not given.
+    pub stride: Option<u8>,
+    /// Unit of the meshes.
+    pub unit: Unit,
+    /// Band behind and in front of the mean surface where shapes do not vary, class millimetres.
+    pub band: [f64; 2],
+    /// Standard deviations of the shapes' distances by which the band is wider at each voxel.
+    pub spread: f64,
+    /// How distances are measured.
+    pub distances: Distances,
+    /// Largest share of training shapes that may see a voxel across their border.
+    pub border_share: f64,
+    /// Whether the class is symmetric about a plane, to be found.
+    pub symmetric: bool,
+    /// How far the shapes lay from the pose they were drawn to, in their unit, if they were.
+    pub jitter: Option<Jitter>,
+    /// Bytes of memory that the volumes may take.
+    pub memory: u64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            class: "shape".into(),
+            spacing: None,
+            modes: 127,
+            stride: None,
+            unit: Unit::Millimetre,
+            band: [1.8, 2.0],
+            spread: 2.6,
+            distances: Distances::Exact,
+            border_share: 0.75,
+            symmetric: false,
+            jitter: None,
+            memory: u64::MAX,
+        }
+    }
+}
