@@ -7,6 +7,7 @@ use crate::uncertainty::Share;
 use lacuna::Model;
 use lacuna::format::Calibration;
 
+/// A completion in numbers and names; the fields in this order are the JSON object.
 #[derive(serde::Serialize)]
 pub struct Completed<'a> {
     pub scan: String,
@@ -61,6 +62,7 @@ impl Completed<'_> {
         lines
     }
 
+    /// How far the result can be trusted, and why.
     fn judgement(&self) -> Vec<String> {
         let grade = format!("{:?}", self.verdict.grade).to_lowercase();
         let reasons = self.verdict.reasons.iter().map(|reason| format!("                {reason}"));
@@ -68,6 +70,7 @@ impl Completed<'_> {
         [format!("verdict         {grade}")].into_iter().chain(reasons).chain(notes).collect()
     }
 
+    /// How well the scan is met, and what was not seen of the surface.
     fn surface(&self, symbol: &str) -> Vec<String> {
         let verdict = self.verdict;
         let mut lines = vec![
@@ -93,6 +96,7 @@ impl Completed<'_> {
         lines
     }
 
+    /// Shape, size, pose, and the digests that a device must reach too.
     fn fit(&self) -> [String; 4] {
         let verdict = self.verdict;
         let [found, next] = verdict.pose_inliers.map(|share| 100.0 * share);
@@ -107,6 +111,7 @@ impl Completed<'_> {
         ]
     }
 
+    /// The files written.
     fn outputs(&self) -> Vec<String> {
         let mesh =
             format!("mesh            {} ({} vertices, {:.2} s)", self.output, self.vertices, self.seconds);
@@ -117,6 +122,7 @@ impl Completed<'_> {
 }
 
 impl Clutter {
+    /// That of a completion; `kept` in its mesh or not.
     pub fn of(completion: &Completion, kept: bool) -> Self {
         let clutter = &completion.clutter;
         Self { points: clutter.mesh.points.len(), area_share: clutter.area_share, area: clutter.area, kept }
@@ -133,6 +139,7 @@ impl Clutter {
 }
 
 impl<'a> ExpectedError<'a> {
+    /// Those of a completion.
     pub fn of(completion: &Completion, model: &'a Model<'_>) -> Self {
         let [measured, inferred] = completion.expected_shares;
         let calibrated = completion.expected.calibrated;

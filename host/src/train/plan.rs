@@ -43,6 +43,7 @@ impl Plan {
         }
     }
 
+    /// Grid, far nodes and symmetry for these shapes.
     pub fn new(shapes: &[Mesh], settings: &Settings) -> Result<Self, Error> {
         let mut surfaces = Vec::with_capacity(shapes.len());
         for (number, shape) in shapes.iter().enumerate() {
@@ -102,6 +103,7 @@ impl Plan {
         (0..candidates).into_par_iter().filter(stored).collect()
     }
 
+    /// The model file of a basis at some voxels of the lattice.
     pub fn encode(
         &self,
         settings: &Settings,
