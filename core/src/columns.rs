@@ -41,9 +41,12 @@ pub fn products(columns: &[Column], units: &[f32], sums: &mut [f32]) {
         let (line, tail) = split(rest, i + 1);
         let (next, tail) = split(tail, i + 2);
         rest = tail;
+        let mut room = [[0; PATCH]; 2];
+        let lines = both(lines, &mut room);
         for (other, columns) in columns.chunks(2).take(pair + 1).enumerate() {
             let j = 2 * other;
-            let [ac, ad, bc, bd] = tile(both(lines), both(columns)).map(|sum| sum as f32);
+            let sums = columns.first_chunk().map_or_else(|| tile(lines, lines), |columns| tile(lines, columns));
+            let [ac, ad, bc, bd] = sums.map(|sum| sum as f32);
             let [u, v] = [unit(j), unit(j + 1)];
             set(line, j, [ac * u * unit(i), ad * v * unit(i)]);
             set(next, j, [bc * u * unit(i + 1), bd * v * unit(i + 1)]);
@@ -53,7 +56,7 @@ pub fn products(columns: &[Column], units: &[f32], sums: &mut [f32]) {
 
 /// Σ a c, Σ a d, Σ b c, Σ b d.
 #[inline(never)]
-fn tile([a, b]: [&Column; 2], [c, d]: [&Column; 2]) -> [i32; 4] {
+fn tile([a, b]: &[Column; 2], [c, d]: &[Column; 2]) -> [i32; 4] {
     let [mut p, mut q, mut r, mut s] = [0i32; 4];
     for (((&a, &b), &c), &d) in a.iter().zip(b).zip(c).zip(d) {
         let [a, b, c, d] = [a, b, c, d].map(i32::from);
@@ -64,9 +67,11 @@ fn tile([a, b]: [&Column; 2], [c, d]: [&Column; 2]) -> [i32; 4] {
 }
 
 /// The columns of a pair, the first twice where there is no second.
-fn both(pair: &[Column]) -> [&Column; 2] {
-    let first = pair.first().unwrap_or(&[0; PATCH]);
-    [first, pair.get(1).unwrap_or(first)]
+fn both<'c>(pair: &'c [Column], room: &'c mut [Column; 2]) -> &'c [Column; 2] {
+    if let ([first], [slot, other]) = (pair, &mut *room) {
+        (*slot, *other) = (*first, *first);
+    }
+    pair.first_chunk().unwrap_or(room)
 }
 
 /// Sets two values of a line, as far as it goes.
