@@ -77,42 +77,47 @@ impl<'s, const P: usize> Sweep<'s, P> {
     #[inline(never)]
     fn by(&mut self, sums: &mut [f32], pivot: usize) {
         self.pivot = pivot;
-        (0..P).for_each(|column| self.gather(sums, column));
-        (0..P).for_each(|turn| self.turn(turn));
+        self.gather(sums);
+        self.turn();
         self.reduce(sums);
-        (0..P).for_each(|column| self.scatter(sums, column));
+        self.scatter(sums);
     }
 
-    /// Copies a column of the symmetric matrix, and its entry of the vector.
-    fn gather(&mut self, sums: &[f32], column: usize) {
-        let mut at = packed(self.pivot + column);
-        for (row, slots) in self.columns.iter_mut().enumerate() {
-            if let (Some(slot), Some(&value)) = (slots.get_mut(column), sums.get(at)) {
-                *slot = value;
+    /// Copies the pivots' columns of the symmetric matrix, and their entries of the vector.
+    fn gather(&mut self, sums: &[f32]) {
+        for column in 0..P {
+            let line = sums.get(packed(self.pivot + column)..).unwrap_or(&[]);
+            for (slots, &value) in self.columns.iter_mut().zip(line).take(self.pivot + column + 1) {
+                slots[column] = value;
             }
-            at += step(row, self.pivot + column);
+        }
+        for (row, slots) in self.columns.iter_mut().enumerate().skip(self.pivot + 1) {
+            let line = sums.get(packed(row) + self.pivot..).unwrap_or(&[]);
+            slots.iter_mut().zip(line).take(row - self.pivot).for_each(|(slot, &value)| *slot = value);
         }
     }
 
-    /// Sweeps the columns by one of the pivots.
-    #[inline(always)]
-    fn turn(&mut self, turn: usize) {
-        let pivot = self.pivot + turn;
-        let mut shares = [0.0; P];
-        for (share, values) in shares.iter_mut().zip(self.columns.iter().skip(self.pivot)) {
-            *share = values.get(turn).copied().unwrap_or(0.0);
+    /// Sweeps the columns by one pivot after the other: first the pivots' own rows, which all others need.
+    fn turn(&mut self) {
+        let (mut pivots, mut before, mut shares) = ([[0.0; P]; P], [[0.0; P]; P], [[0.0; P]; P]);
+        pivots.iter_mut().zip(self.columns.iter().skip(self.pivot)).for_each(|(row, values)| *row = *values);
+        for turn in 0..P {
+            let inverse = reciprocal(pivots[turn][turn]);
+            (shares[turn], self.inverse[turn]) = (pivots.map(|values| values[turn] * inverse), inverse);
+            for (values, before) in pivots.iter_mut().zip(&mut before) {
+                sweep_row(values, before, turn, shares[turn], inverse);
+            }
+            pivots[turn] = shares[turn];
+            pivots[turn][turn] = -inverse;
         }
-        let inverse = reciprocal(shares.get(turn).copied().unwrap_or(0.0));
-        let shares = shares.map(|share| share * inverse);
-        for (values, before) in self.columns.iter_mut().zip(self.before.iter_mut()) {
-            let Some(&mut value) = values.get_mut(turn) else { return };
-            before.get_mut(turn).into_iter().for_each(|before| *before = value);
-            values.iter_mut().zip(shares).for_each(|(other, share)| *other -= value * share);
-            values.get_mut(turn).into_iter().for_each(|own| *own = value * inverse);
-        }
-        if let (Some(values), Some(slot)) = (self.columns.get_mut(pivot), self.inverse.get_mut(turn)) {
-            (*values, *slot) = (shares, inverse);
-            values.get_mut(turn).into_iter().for_each(|own| *own = -inverse);
+        let inverse = self.inverse;
+        for (row, (values, kept)) in self.columns.iter_mut().zip(self.before.iter_mut()).enumerate() {
+            let own = row.wrapping_sub(self.pivot);
+            if let (Some(swept), Some(before)) = (pivots.get(own), before.get(own)) {
+                (*values, *kept) = (*swept, *before);
+                continue;
+            }
+            (0..P).for_each(|turn| sweep_row(values, kept, turn, shares[turn], inverse[turn]));
         }
     }
 
@@ -148,27 +153,39 @@ impl<'s, const P: usize> Sweep<'s, P> {
         after_end.iter_mut().zip(ends).for_each(|(sum, values)| *sum = reduced(*sum, second, values));
     }
 
-    /// Copies a column back.
-    fn scatter(&self, sums: &mut [f32], column: usize) {
-        let mut at = packed(self.pivot + column);
-        for (row, values) in self.columns.iter().enumerate() {
-            if let (Some(&value), Some(slot)) = (values.get(column), sums.get_mut(at)) {
-                *slot = value;
+    /// Copies the columns back; among the pivots the entries above the diagonal, of which those below are the mirror.
+    fn scatter(&self, sums: &mut [f32]) {
+        for (row, values) in self.columns.iter().enumerate().skip(self.pivot + P) {
+            let line = sums.get_mut(packed(row) + self.pivot..).unwrap_or_default();
+            line.iter_mut().zip(values).for_each(|(slot, &value)| *slot = value);
+        }
+        for column in 0..P {
+            let line = sums.get_mut(packed(self.pivot + column)..).unwrap_or_default();
+            for (slot, values) in line.iter_mut().zip(self.columns.iter()).take(self.pivot + column + 1) {
+                *slot = values[column];
             }
-            at += step(row, self.pivot + column);
         }
     }
+}
+
+/// Sweeps the pivots' columns of a row by one of them, given its row over the pivot; `before` keeps its entry.
+#[inline(always)]
+fn sweep_row<const P: usize>(
+    values: &mut [f32; P],
+    before: &mut [f32; P],
+    turn: usize,
+    shares: [f32; P],
+    inverse: f32,
+) {
+    let value = values[turn];
+    before[turn] = value;
+    values.iter_mut().zip(shares).for_each(|(other, share)| *other -= value * share);
+    values[turn] = value * inverse;
 }
 
 /// One over a pivot; 0 where it is not positive, as for a direction nothing is known about.
 fn reciprocal(pivot: f32) -> f32 {
     if pivot > 0.0 { 1.0 / pivot } else { 0.0 }
-}
-
-/// From (row, column) to (row + 1, column) of a symmetric matrix in the packed lower triangle, where (row, column) with a
-/// larger column is (column, row).
-const fn step(row: usize, column: usize) -> usize {
-    if row < column { 1 } else { row + 1 }
 }
 
 #[cfg(test)]
