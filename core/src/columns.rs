@@ -45,7 +45,8 @@ pub fn products(columns: &[Column], units: &[f32], sums: &mut [f32]) {
         let lines = both(lines, &mut room);
         for (other, columns) in columns.chunks(2).take(pair + 1).enumerate() {
             let j = 2 * other;
-            let sums = columns.first_chunk().map_or_else(|| tile(lines, lines), |columns| tile(lines, columns));
+            let sums =
+                columns.first_chunk().map_or_else(|| tile(lines, lines), |columns| tile(lines, columns));
             let [ac, ad, bc, bd] = sums.map(|sum| sum as f32);
             let [u, v] = [unit(j), unit(j + 1)];
             set(line, j, [ac * u * unit(i), ad * v * unit(i)]);

@@ -53,9 +53,46 @@ impl Weights {
     }
 }
 
-/// Sets `scaled` to the weights by the exponents of a brick: those of its basis values.
+/// The weights by the exponents of a brick, kept for the next voxel, which mostly lies in the same one.
+#[derive(Debug)]
+pub struct ScaledWeights<'a, 'w> {
+    weights: &'w Weights,
+    parts: [[i32; MODES]; PARTS],
+    /// The exponents that each part is scaled by.
+    by: [&'a [u8]; PARTS],
+}
+
+impl<'a, 'w> ScaledWeights<'a, 'w> {
+    /// Of these weights.
+    pub const fn new(weights: &'w Weights) -> Self {
+        Self { weights, parts: [[0; MODES]; PARTS], by: [&[]; PARTS] }
+    }
+
+    /// Parts of [`MODES`] modes.
+    pub const fn parts(&self) -> usize {
+        self.weights.count
+    }
+
+    /// A part of the weights by all the exponents of a brick: those of its basis values.
+    #[inline]
+    pub fn part(&mut self, part: usize, exponents: &'a [u8]) -> &[i32; MODES] {
+        let weights = self.weights.parts().get(part);
+        let (Some(scaled), Some(by), Some(weights)) =
+            (self.parts.get_mut(part), self.by.get_mut(part), weights)
+        else {
+            return &[0; MODES];
+        };
+        if !core::ptr::eq(*by, exponents) {
+            scale(scaled, weights, exponents.get(part * MODES..).unwrap_or(&[]));
+            *by = exponents;
+        }
+        scaled
+    }
+}
+
+/// Sets `scaled` to the weights by the exponents of a brick.
 #[inline(never)]
-pub fn scale(scaled: &mut [i32; MODES], weights: &[i32; MODES], exponents: &[u8]) {
+fn scale(scaled: &mut [i32; MODES], weights: &[i32; MODES], exponents: &[u8]) {
     for ((scaled, &weight), &exponent) in scaled.iter_mut().zip(weights).zip(exponents) {
         *scaled = weight >> (exponent & 31);
     }

@@ -1,7 +1,7 @@
 //! The jointly fitted surface for many points: what [`Cube::distance`](crate::cube::Cube::distance) tells, to the last bit,
 //! with every voxel's distance worked out once, because the points of a scan lie in the same few voxels.
 
-use crate::corners::{MODES, WEIGHT_BITS, Weights, dots, padded, scale};
+use crate::corners::{MODES, ScaledWeights, WEIGHT_BITS, Weights, dots, padded};
 use crate::lent::Lent;
 use crate::model::{BrickRows, Model};
 use crate::sample::Place;
@@ -10,7 +10,7 @@ use crate::sample::Place;
 #[derive(Debug)]
 pub struct Fitted<'m, 'b, W: Lent<u32>> {
     model: &'m Model<'m>,
-    weights: &'b Weights,
+    weights: ScaledWeights<'m, 'b>,
     /// Number of a voxel, one more, and its distance; each voxel has one place, which others may take.
     slots: &'b mut [[W; 2]],
     mask: usize,
@@ -21,7 +21,7 @@ impl<'m, 'b, W: Lent<u32>> Fitted<'m, 'b, W> {
     pub const fn new(model: &'m Model<'m>, weights: &'b Weights, memory: &'b mut [W]) -> Self {
         let slots = memory.as_chunks_mut().0;
         let mask = (slots.len() / 2 + 1).next_power_of_two() - 1;
-        Self { model, weights, slots, mask }
+        Self { model, weights: ScaledWeights::new(weights), slots, mask }
     }
 
     /// Distance and gradient at `at` (voxels); `None` unless all eight voxels around it are stored.
@@ -71,11 +71,13 @@ impl<'m, 'b, W: Lent<u32>> Fitted<'m, 'b, W> {
         let voxel = number.wrapping_sub(brick.first);
         // 1/256 voxel is 2⁹ of the weights' units.
         let mut sum = i32::from(brick.mean(voxel)) << (WEIGHT_BITS - 8);
-        for (part, weights) in self.weights.parts().iter().enumerate() {
-            let mut scaled = [0; MODES];
-            scale(&mut scaled, weights, brick.exponents().get(part * MODES..).unwrap_or(&[]));
-            let basis = padded(brick.basis(voxel).get(part * MODES..).unwrap_or(&[]));
-            let [dot] = dots(&scaled, [&basis]);
+        for part in 0..self.weights.parts() {
+            let scaled = self.weights.part(part, brick.exponents());
+            let values = brick.basis_from(voxel).get(part * MODES..).unwrap_or(&[]);
+            let [dot] = match values.first_chunk() {
+                Some(basis) => dots(scaled, [basis]),
+                None => dots(scaled, [&padded(values)]),
+            };
             sum = sum.wrapping_add(dot);
         }
         let distance = sum as f32 / (1u32 << WEIGHT_BITS) as f32;

@@ -46,6 +46,7 @@ pub struct Brick<'a> {
     exponents: &'a [u8],
     rows: &'a [u8],
     means: &'a [u8],
+    /// Those of the brick, and what lies behind in the file.
     basis: &'a [u8],
 }
 
@@ -268,8 +269,8 @@ impl<'a> Model<'a> {
         let (rows, record) = record.split_at_checked(ROW_BYTES * area)?;
         let last = rows.last_chunk::<ROW_BYTES>()?;
         let voxels = usize::from(read_u16(last, 1)) + last.first()?.count_ones() as usize;
-        let (means, record) = record.split_at_checked(2 * voxels)?;
-        let (basis, _) = record.split_at_checked(voxels * self.modes())?;
+        let (means, basis) = record.split_at_checked(2 * voxels)?;
+        basis.get(..voxels * self.modes())?;
         let corner = cell.map(|c| c.wrapping_mul(u16::from(edge)));
         Some(Brick { corner, first: read_u32(entry, 4) as usize, edge, exponents, rows, means, basis })
     }
@@ -353,7 +354,8 @@ impl<'a> Model<'a> {
             }
             brick.check()?;
             first = first.saturating_add(brick.voxels());
-            let record = brick.exponents.len() + brick.rows.len() + brick.means.len() + brick.basis.len();
+            let basis = brick.voxels() * brick.exponents.len();
+            let record = brick.exponents.len() + brick.rows.len() + brick.means.len() + basis;
             offset = offset.saturating_add(record);
         }
         if first != self.voxels() || offset != self.records.len() {
@@ -451,10 +453,11 @@ impl<'a> Brick<'a> {
     #[inline]
     pub fn basis(&self, voxel: usize) -> &'a [u8] {
         let modes = self.exponents.len();
-        self.basis.get(voxel * modes..).and_then(|b| b.get(..modes)).unwrap_or(&[])
+        let basis = self.basis.get(voxel * modes..).and_then(|b| b.get(..modes));
+        basis.filter(|_| voxel < self.voxels()).unwrap_or(&[])
     }
 
-    /// Basis values from a voxel on, those of the next voxels behind it.
+    /// Basis values from a voxel on; behind them lies what is next in the file, mostly those of the next voxel.
     #[inline]
     pub fn basis_from(&self, voxel: usize) -> &'a [u8] {
         self.basis.get(voxel * self.exponents.len()..).unwrap_or(&[])

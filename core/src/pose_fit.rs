@@ -23,7 +23,6 @@
 use crate::cholesky::{packed, solve};
 use crate::cloud::Cloud;
 use crate::columns::{Column, clear_from, products, set_row};
-use crate::cube::Cube;
 use crate::error::{Buffer, Error};
 use crate::model::Model;
 use crate::patch::eliminate_own_weights;
@@ -292,7 +291,7 @@ impl<'a, 'b> PoseFit<'a, 'b> {
     /// Fills the columns with the rows of points.
     fn fill_columns(&mut self, points: Range<usize>, count: usize) {
         let columns = self.buffers.columns.get_mut(..self.rows.entries()).unwrap_or_default();
-        let (mut row, mut cube, mut filled) = ([0; MOST], Cube::new(), 0);
+        let (mut row, mut cube, mut filled) = ([0; MOST], self.rows.cube(), 0);
         for index in points {
             // At least FEWEST points, so never a division by zero.
             let index = index.saturating_mul(self.cloud.len()).checked_div(count).unwrap_or(0);

@@ -109,11 +109,16 @@ impl<'a> Rows<'a> {
         units
     }
 
+    /// Room to look around in, for [`Rows::fill`].
+    pub const fn cube(&self) -> Cube<'a, '_> {
+        Cube::new(self.model, &self.weights)
+    }
+
     /// Fills the first [`Rows::entries`] entries of the row of a place `q` (voxels). Residual r and weight w where it counts; `None` off
-    /// the model, or too far from its surface. `cube` is room to look around in.
-    pub fn fill(&self, q: [f32; 3], cube: &mut Cube<'a>, row: &mut [i16; MOST]) -> Option<(f32, f32)> {
-        let (distance, gradient) = match cube.find(self.model, q) {
-            Some(cube) => cube.distance(&self.weights),
+    /// the model, or too far from its surface. `cube` is of these rows.
+    pub fn fill(&self, q: [f32; 3], cube: &mut Cube<'_, '_>, row: &mut [i16; MOST]) -> Option<(f32, f32)> {
+        let (distance, gradient) = match cube.find(q) {
+            Some(cube) => cube.distance(),
             None if self.shape => return None,
             None => sample::far(self.model, q)?,
         };

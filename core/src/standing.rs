@@ -1,6 +1,5 @@
 //! How a measured point lies to the surface that was fitted together with the pose: part of it, or clutter.
 
-use crate::corners::Weights;
 use crate::cube::Cube;
 use crate::model::Model;
 use crate::pose::dot;
@@ -22,16 +21,10 @@ pub enum Standing {
 }
 
 impl Standing {
-    /// Judges a point and its normal (voxels) against M + b'·`shape`. `cube` is room to look around in.
-    pub fn of<'a>(
-        model: &Model<'a>,
-        cube: &mut Cube<'a>,
-        point: [f32; 3],
-        normal: [f32; 3],
-        shape: &Weights,
-    ) -> Self {
-        let sample = cube.find(model, point).map(|cube| cube.distance(shape));
-        Self::from_sample(model, sample, normal)
+    /// Judges a point and its normal (voxels) against the surface of `cube`.
+    pub fn of(cube: &mut Cube<'_, '_>, point: [f32; 3], normal: [f32; 3]) -> Self {
+        let sample = cube.find(point).map(Cube::distance);
+        Self::from_sample(cube.model(), sample, normal)
     }
 
     /// The same from the surface's distance and gradient at the point; `None` outside the band.

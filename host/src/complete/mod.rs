@@ -341,9 +341,10 @@ fn without_clutter(model: &Model<'_>, start: &Start, fit: &Fit) -> OrientedPoint
     let packed = start.packed();
     let cloud = packed.cloud();
     let (pose, shape) = (&fit.outcome.pose, Weights::new(&fit.shape));
+    let mut cube = Cube::new(model, &shape);
     let kept = |&i: &usize| {
         let Ok(Some((p, n))) = cloud.map(|cloud| cloud.point(i)) else { return false };
-        Standing::of(model, &mut Cube::new(), pose.apply(p), pose.rotate(n), &shape) != Standing::Clutter
+        Standing::of(&mut cube, pose.apply(p), pose.rotate(n)) != Standing::Clutter
     };
     let kept: Vec<usize> = (0..start.points.points.len()).filter(kept).collect();
     OrientedPoints {

@@ -55,10 +55,8 @@ impl Mean {
         };
         let placed = &fitted.placed;
         let at = placed.to_model(&position).coords.map(|c| c as f32).into();
-        let mut cube = Cube::new();
-        let Some(cube) = cube.find(model, at) else { return false };
         let normal = placed.pose.rotate(normal.map(|c| c as f32).into());
-        let sample = cube.distance(&Weights::new(&fitted.shape));
-        Standing::from_sample(model, Some(sample), normal) == Standing::Inlier
+        let shape = Weights::new(&fitted.shape);
+        Standing::of(&mut Cube::new(model, &shape), at, normal) == Standing::Inlier
     }
 }

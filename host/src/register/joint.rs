@@ -74,8 +74,9 @@ pub(super) fn refine(
 /// Share of points that lie on the fitted surface and face its way.
 fn inlier_share(model: &Model<'_>, cloud: Cloud<'_>, pose: &Pose, weights: &Weights) -> f64 {
     let points = (0..cloud.len()).filter_map(|i| cloud.point(i));
+    let mut cube = Cube::new(model, weights);
     let inlier = |&(p, n): &([f32; 3], [f32; 3])| {
-        Standing::of(model, &mut Cube::new(), pose.apply(p), pose.rotate(n), weights) == Standing::Inlier
+        Standing::of(&mut cube, pose.apply(p), pose.rotate(n)) == Standing::Inlier
     };
     points.filter(inlier).count() as f64 / cloud.len().max(1) as f64
 }

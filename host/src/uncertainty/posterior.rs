@@ -15,7 +15,6 @@
 use crate::points::OrientedPoints;
 use lacuna::columns::{products, set_row};
 use lacuna::completion::POSE_POINTS;
-use lacuna::cube::Cube;
 use lacuna::patch::eliminate_own_weights;
 use lacuna::pose_fit::{OWN_RIDGE, PATCH, POSE, RIDGE, ROUNDS, columns_len, ridge, sums_len};
 use lacuna::pose_row::{MOST, Rows};
@@ -72,7 +71,7 @@ impl<'a> Posterior<'a> {
     /// nothing.
     pub fn at(&self, q: [f32; 3]) -> Option<f32> {
         let mut row = [0; MOST];
-        let (_, weight) = self.rows.fill(q, &mut Cube::new(), &mut row)?;
+        let (_, weight) = self.rows.fill(q, &mut self.rows.cube(), &mut row)?;
         let units = self.rows.units().map(|unit| f64::from(unit) / f64::from(weight).sqrt());
         let row = row.into_iter().zip(units).map(|(entry, unit)| f64::from(entry) * unit);
         let row = DVector::from_iterator(self.unknowns, row.take(self.unknowns));
@@ -105,9 +104,9 @@ impl<'a> Posterior<'a> {
 /// those of the pose if it was estimated.
 fn add_patch(rows: &Rows<'_>, patch: &[[f32; 3]], modes: usize, own: f32, matrix: &mut DMatrix<f64>) -> f64 {
     let mut columns = vec![[0; PATCH]; columns_len(modes)];
-    let (mut row, mut count, mut total) = ([0; MOST], 0, 0.0);
+    let (mut row, mut cube, mut count, mut total) = ([0; MOST], rows.cube(), 0, 0.0);
     for &q in patch {
-        if let Some((_, weight)) = rows.fill(q, &mut Cube::new(), &mut row) {
+        if let Some((_, weight)) = rows.fill(q, &mut cube, &mut row) {
             set_row(&mut columns, count, &row);
             (count, total) = (count + 1, total + f64::from(weight));
         }
