@@ -10,6 +10,10 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
+/// What the scanner can see.
+const SCANNABLE: &str = "it wants a mesh in millimetres, some decimetres large at most, its front towards +z and its \
+                         triangles counter-clockwise from outside";
+
 /// Make heads and scans of the built-in shape class.
 #[derive(Args)]
 pub struct Synth {
@@ -21,7 +25,7 @@ pub struct Synth {
 enum What {
     /// Heads as training meshes: head_000.ply, head_001.ply, ...
     Heads(Heads),
-    /// A simulated scan of a head, with its truth
+    /// A simulated scan of a head or of a mesh of yours, with its truth
     Scan(OneScan),
 }
 
@@ -56,6 +60,9 @@ struct OneScan {
     /// Number of the head
     #[arg(long, default_value_t = 1000)]
     head: u64,
+    /// Scan this mesh instead of a head: millimetres, y up, its front towards +z, as large as a head or so
+    #[arg(long, conflicts_with_all = ["seed", "head"])]
+    mesh: Option<PathBuf>,
     /// Seed of the scanner: pose, drop-outs, noise
     #[arg(long, default_value_t = 1)]
     scan_seed: u64,
@@ -111,8 +118,10 @@ impl Heads {
 
 impl OneScan {
     fn run(&self, common: &Common) -> Result<(), Failure> {
-        make_folder(&self.folder)?;
-        let truth = Head::sample(self.seed, self.head).mesh();
+        let truth = match &self.mesh {
+            Some(path) => io::read(path)?,
+            None => Head::sample(self.seed, self.head).mesh(),
+        };
         let kind = match self.view {
             From::Front => Kind::Front,
             From::Side => Kind::Side,
@@ -120,6 +129,10 @@ impl OneScan {
         };
         let settings = if self.small { ScannerSettings::small() } else { ScannerSettings::default() };
         let scan = scan(&truth, kind, &settings, self.scan_seed);
+        if scan.mesh.triangles.is_empty() {
+            return Err(format!("the scanner sees nothing of {}: {SCANNABLE}", self.name()).into());
+        }
+        make_folder(&self.folder)?;
         let info = self.write(&truth, &scan)?;
         if common.json {
             say(&info.to_string());
@@ -128,11 +141,19 @@ impl OneScan {
                 100.0 * scan.missing.iter().filter(|&&m| m).count() as f64 / scan.missing.len() as f64;
             let folder = self.folder.display();
             say(&format!(
-                "{} points in {folder}, {missing:.0} % of the head missing",
+                "{} points in {folder}, {missing:.0} % of the vertices missing",
                 scan.points.points.len()
             ));
         }
         Ok(())
+    }
+
+    /// What is scanned.
+    fn name(&self) -> String {
+        match &self.mesh {
+            Some(path) => path.display().to_string(),
+            None => format!("head {} of seed {}", self.head, self.seed),
+        }
     }
 
     /// Where the truth is from the folder above, as in a set of scans that share theirs.
@@ -165,7 +186,7 @@ impl OneScan {
             })
         });
         let info = json!({
-            "name": format!("head {} of seed {}", self.head, self.seed),
+            "name": self.name(),
             "ground_truth_mesh": self.truth_path(),
             "camera": camera,
             "views": views,

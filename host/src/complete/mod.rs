@@ -21,6 +21,7 @@ use crate::sentence::sentence;
 use crate::surface::fair;
 use crate::train::distance::Surface;
 use crate::uncertainty::cues::{Cue, cues};
+use crate::uncertainty::hidden;
 use crate::uncertainty::posterior::Posterior;
 use crate::uncertainty::spread::{Spread, spread};
 use crate::uncertainty::{Expected, Share, shares};
@@ -184,7 +185,9 @@ pub fn complete_by(
     let global_weights = || fit.global.iter().map(|&weight| weight as f32).collect();
     let weights = if posed { fit.shape.clone() } else { global_weights() };
     let posterior = Posterior::new(model, &points, &placed.pose, &weights, posed);
-    let cues = posterior.as_ref().map(|posterior| cues(posterior, &placed, &merged)).unwrap_or_default();
+    let hidden = hidden::error(&points.normals) * model.header().scales.millimetre;
+    let cues_of = |posterior: &Posterior<'_>| cues(posterior, &placed, &merged, hidden);
+    let cues = posterior.as_ref().map(cues_of).unwrap_or_default();
     let expected = Expected::new(&cues, model, placed.pose.scale);
     let determined = posterior.as_ref().and_then(spread);
     let expected_shares = shares(&expected.errors, &|v| merged.labels[v] == MEASURED);

@@ -17,7 +17,7 @@ use crate::bvh::Bvh;
 use crate::mesh::{Mesh, Point, Vector};
 use camera::Camera;
 use depth::Depths;
-use nalgebra::{Matrix4, Similarity3, Translation3};
+use nalgebra::{Isometry3, Matrix4, Similarity3, Translation3, UnitQuaternion};
 use optics::{Scene, Spots};
 use rayon::prelude::*;
 
@@ -25,6 +25,8 @@ use rayon::prelude::*;
 pub const UNITS_PER_MM: f64 = 16.0;
 /// A vertex farther than this from the scan is missing.
 const MISSING_MM: f64 = 2.0;
+/// Arm of the turn by which views are off.
+pub const ARM_MM: f64 = 100.0;
 
 /// Where the scanner stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,14 +48,17 @@ pub struct Settings {
     pub noise_mm: f64,
     /// Deviation of the smooth part of the noise.
     pub smooth_noise_mm: f64,
+    /// Deviation of where a further view is put beside the first one, along each axis, and of where its turn moves what is
+    /// [`ARM_MM`] from the middle.
+    pub registration_mm: f64,
     /// Neighbouring depths that differ by more are dropped and not joined.
     pub jump_mm: f64,
 }
 
 impl Default for Settings {
-    /// 640 x 480 pixels, 0.15 mm noise, 0.1 mm smooth noise, jumps of 9 mm.
+    /// 640 x 480 pixels, 0.15 mm noise, 0.1 mm smooth noise, 0.1 mm between the views, jumps of 9 mm.
     fn default() -> Self {
-        Self { size: (640, 480), noise_mm: 0.15, smooth_noise_mm: 0.1, jump_mm: 9.0 }
+        Self { size: (640, 480), noise_mm: 0.15, smooth_noise_mm: 0.1, registration_mm: 0.1, jump_mm: 9.0 }
     }
 }
 
@@ -121,7 +126,8 @@ pub fn scan(truth: &Mesh, kind: Kind, settings: &Settings, seed: u64) -> Scan {
         let camera = Camera::looking(middle, yaw_deg, settings.size, &mut random);
         let scene = Scene { mesh: truth, normals: &normals, bvh: &bvh, camera: &camera, spots: &spots };
         let depths = Depths::measure(&scene, settings, seed, stream << 32);
-        view_of(&camera, &depths, &pose)
+        let off = if stream == 1 { Isometry3::identity() } else { misplaced(middle, settings, seed, stream) };
+        view_of(&camera, &depths, &(pose * off))
     };
     let views: Vec<View> = yaws(kind, seed).into_iter().zip(1..).map(&mut view).collect();
     assemble(truth, views, &pose, settings.jump_mm)
@@ -135,6 +141,15 @@ fn yaws(kind: Kind, seed: u64) -> Vec<f64> {
         Kind::Side => vec![60.0 * side],
         Kind::Stitched => vec![0.0, 60.0, -60.0],
     }
+}
+
+/// By how much a further view is not where it belongs.
+fn misplaced(middle: Point, settings: &Settings, seed: u64, stream: u64) -> Isometry3<f64> {
+    let mut random = Random::new(seed, 1 + stream);
+    let mut vector = |deviation: f64| Vector::from_fn(|_, _| deviation * random.normal());
+    let shift = vector(settings.registration_mm);
+    let turn = UnitQuaternion::from_scaled_axis(vector(settings.registration_mm / ARM_MM));
+    Translation3::from(shift) * Isometry3::rotation_wrt_point(turn, middle)
 }
 
 /// Uniformly random rotation, a shift of some decimetres, scale 0.9 to 1.1.

@@ -3,7 +3,8 @@
 //! A one-sigma error is the quantile [`SHARE`] of the true ones. The quantile that a function of the cues should be is
 //! where the mean of the tilted loss ρ(r) = max(τ r, (τ - 1) r), r = log error - log stated, τ = [`SHARE`], is least
 //! (Koenker & Bassett 1978); logarithms, so that small errors count as much as large ones. The minimum is searched
-//! constant by constant; then all errors are scaled so that the scan in the middle has that share. How well it does is measured on the scans of shapes it was not fitted to.
+//! constant by constant; then all errors are scaled so that the scan in the middle has that share. What the measured vertices
+//! are off comes from scans of one view: stitched ones have an error besides that they do not show. How well it does is measured on the scans of shapes it was not fitted to.
 
 use super::held_out::{HeldOut, Trial, trials};
 use super::prepared::Prepared;
@@ -115,7 +116,7 @@ fn counted(trial: &Trial, constants: &Calibration) -> [Count; 2] {
 
 /// What is fitted to of a trial.
 struct Samples {
-    /// True errors of measured vertices, times the misfit.
+    /// True errors of the measured vertices of one view, times the misfit.
     noise: Vec<f32>,
     /// Inferred vertices with their true errors, voxels.
     inferred: Vec<(Cue, f32)>,
@@ -127,7 +128,7 @@ impl Samples {
         let known = |wanted: bool| {
             let pairs = trial.cues.iter().zip(&trial.errors);
             let all: Vec<(Cue, f32)> = pairs
-                .filter(|(cue, _)| cue.measured == wanted)
+                .filter(|(cue, _)| cue.measured == wanted && !(wanted && cue.hidden > 0.0))
                 .filter_map(|(cue, e)| Some((*cue, (*e)?)))
                 .collect();
             let count = all.len().min(most);
@@ -233,6 +234,7 @@ mod tests {
                 posterior: random.range(0.1, 1.0) as f32,
                 away: random.range(0.0, 30.0) as f32,
                 height: (0.1 * random.normal()) as f32,
+                hidden: if shape % 4 < 2 { 0.05 } else { 0.0 },
             };
             let cues: Vec<Cue> = (0..2000).map(|_| cue(&mut random)).collect();
             let misfit = misfit(&cues);

@@ -20,10 +20,12 @@ pub struct Cue {
     pub away: f32,
     /// How far the vertex was moved from the fitted surface.
     pub height: f32,
+    /// What the scan is off without showing it.
+    pub hidden: f32,
 }
 
-/// The cues of a completed mesh.
-pub fn cues(posterior: &Posterior<'_>, placed: &Placed, merged: &Merged) -> Vec<Cue> {
+/// The cues of a completed mesh; `hidden` is what its scan is off without showing it, voxels.
+pub fn cues(posterior: &Posterior<'_>, placed: &Placed, merged: &Merged, hidden: f32) -> Vec<Cue> {
     let place = |p| placed.to_model(p).coords.map(|c| c as f32).into();
     let places: Vec<[f32; 3]> = merged.mesh.points.iter().map(place).collect();
     let deviations = filled(&merged.mesh, posterior.at_all(&places));
@@ -38,6 +40,7 @@ pub fn cues(posterior: &Posterior<'_>, placed: &Placed, merged: &Merged) -> Vec<
             posterior: deviations[v],
             away: scale * if way.is_finite() { way.max(straight) } else { straight },
             height: scale * merged.heights[v],
+            hidden,
         }
     };
     (0..places.len()).map(cue).collect()

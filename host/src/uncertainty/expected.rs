@@ -45,7 +45,9 @@ impl Expected {
         let constants = calibration.copied().unwrap_or_else(|| of_faces(model.header().scales.millimetre));
         let misfit = misfit(cues);
         let errors = cues.iter().map(|cue| expected(&constants, cue, misfit) / scale).collect();
-        Self { errors, noise: constants.noise * misfit / scale, calibrated: calibration.is_some() }
+        let hidden = cues.first().map_or(0.0, |cue| cue.hidden);
+        let noise = (constants.noise * misfit).hypot(hidden) / scale;
+        Self { errors, noise, calibrated: calibration.is_some() }
     }
 }
 
@@ -71,12 +73,13 @@ pub fn misfit(cues: &[Cue]) -> f32 {
 /// The expected error of a vertex, voxels.
 pub fn expected(constants: &Calibration, cue: &Cue, misfit: f32) -> f32 {
     if cue.measured {
-        return constants.noise * misfit;
+        return (constants.noise * misfit).hypot(cue.hidden);
     }
     let reached = |way: f32| 1.0 - libm::expf(-cue.away / way);
     let within = reached(constants.posterior_way) * constants.posterior * cue.posterior;
     let beyond = reached(constants.residual_way) * constants.residual;
-    (constants.seam * constants.seam + within * within + beyond * beyond).sqrt()
+    let near = constants.seam * constants.seam + cue.hidden * cue.hidden;
+    (near + within * within + beyond * beyond).sqrt()
 }
 
 /// Median and 95th percentile of the errors of measured and of inferred vertices; `None` where there are none.
@@ -98,7 +101,7 @@ mod tests {
     use super::*;
 
     fn cue(measured: bool, away: f32) -> Cue {
-        Cue { measured, posterior: 0.5, away, height: 0.2 }
+        Cue { measured, posterior: 0.5, away, height: 0.2, hidden: 0.0 }
     }
 
     #[test]
@@ -119,6 +122,9 @@ mod tests {
         let found = Expected::new(&cues, &model, 0.5);
         assert!((found.errors[0] - 0.95 * 0.2 / 0.5).abs() < 1e-6 && !found.calibrated);
         assert_eq!(found.errors[0], found.noise);
+        let stitched = Expected::new(&cues.map(|cue| Cue { hidden: 0.3, ..cue }), &model, 0.5);
+        let grown = |i: usize| stitched.errors[i] * stitched.errors[i] - found.errors[i] * found.errors[i];
+        assert!((0..3).all(|i| (grown(i) - 0.36).abs() < 1e-4) && stitched.noise == stitched.errors[0]);
         let [measured, inferred] = shares(&found.errors, &|v| cues[v].measured);
         assert!(measured.unwrap().p95 < inferred.unwrap().median);
         assert_eq!(shares(&[], &|_| true), [None, None]);
