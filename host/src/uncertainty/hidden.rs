@@ -1,0 +1,64 @@
+//! What a scan that was stitched from several views is off without showing it.
+//!
+//! Views are put beside each other with an error of their own, which neighbouring points share: a fit follows it. The scan
+//! then lies as near to the fitted surface as one view does, and nothing in it tells of the error but that there were
+//! several views. The amount is not learned: it is that of the [simulated scanner](crate::synth::ScannerSettings), of
+//! which training makes its scans, by shifts and turns together.
+
+use crate::mesh::Vector;
+
+/// One sigma of what views are off beside each other, class millimetres.
+const STITCHING: f32 = 0.11;
+/// Share of the points of one view that may face away from it: noise at its rim, specks.
+const AWAY: f64 = 0.02;
+/// Rounds of the search.
+const ROUNDS: usize = 30;
+
+/// What a scan with these normals is off without showing it, class millimetres.
+pub fn error(normals: &[Vector]) -> f32 {
+    if stitched(normals) { STITCHING } else { 0.0 }
+}
+
+/// Whether normals are those of several views. One view shows what faces it: there is a direction that its normals have an
+/// angle of less than 90 degrees with. It is searched from their mean, towards those that face away.
+fn stitched(normals: &[Vector]) -> bool {
+    let mut pole: Vector = normals.iter().sum();
+    for _ in 0..ROUNDS {
+        let away = normals.iter().filter(|normal| normal.dot(&pole) < 0.0);
+        let (sum, count) =
+            away.fold((Vector::zeros(), 0.0), |(sum, count), normal| (sum + normal, count + 1.0));
+        if count <= AWAY * normals.len() as f64 {
+            return false;
+        }
+        pole += sum;
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synth::{Head, Kind, ScannerSettings, scan};
+
+    #[test]
+    fn three_views_are_told_from_one() {
+        let head = Head::sample(1, 5).mesh();
+        for (kind, several) in [(Kind::Front, false), (Kind::Side, false), (Kind::Stitched, true)] {
+            let made = scan(&head, kind, &ScannerSettings::small(), 2);
+            assert_eq!(stitched(&made.points.normals), several, "{kind:?}");
+        }
+    }
+
+    #[test]
+    fn one_view_may_show_much_of_one_side_and_little_of_the_other() {
+        let towards =
+            |degrees: f64| Vector::new(libm::sin(degrees.to_radians()), 0.0, libm::cos(degrees.to_radians()));
+        let sides = |left: f64, right: f64| -> Vec<Vector> {
+            (0..100).map(|i| towards(if i < 95 { left } else { right })).collect()
+        };
+        assert!(!stitched(&sides(-70.0, 70.0)), "140 degrees apart");
+        let round: Vec<Vector> = (0..36).map(|i| towards(10.0 * f64::from(i))).collect();
+        assert!(stitched(&round));
+        assert!(!stitched(&[]));
+    }
+}
