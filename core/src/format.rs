@@ -179,12 +179,12 @@ impl Jitter {
 /// leaves the deviation p within the span of the modes, is, all in voxels,
 ///
 /// ```text
-/// measured: noise · misfit
-/// inferred: √( seam² + ((1 - exp(-d / posterior_way)) posterior p)² + ((1 - exp(-d / residual_way)) residual)² )
+/// measured: √( (noise · misfit)² + hidden² )
+/// inferred: √( seam² + hidden² + ((1 - exp(-d / posterior_way)) posterior p)² + ((1 - exp(-d / residual_way)) residual)² )
 /// ```
 ///
-/// with misfit the root mean square distance of the measured surface from the fitted one. Nothing of the fit
-/// depends on it.
+/// with misfit the root mean square distance of the measured surface from the fitted one, and hidden what a scan that
+/// was stitched from several views is off without showing it (0 for one view). Nothing of the fit depends on it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
     /// Scans of held-back shapes it was fitted to.

@@ -62,6 +62,28 @@ fn pure_model_surfaces_are_written_on_request() {
 }
 
 #[test]
+fn a_mesh_of_the_users_is_scanned_as_a_head_is() {
+    let folder = tempdir().unwrap();
+    let path = folder.path();
+    succeeds(path, &["synth", "heads", "heads", "--count", "1"]);
+    let mesh = "heads/head_000.ply";
+    let info =
+        json(path, &["synth", "scan", "scan", "--mesh", mesh, "--view", "stitched", "--small", "--json"]);
+    assert_eq!((&info["name"], info["views"].as_array().map(Vec::len)), (&mesh.into(), Some(3)));
+    let read = |name: &str| lacuna_host::io::read(&path.join(name)).unwrap();
+    assert_eq!(read("scan/truth.ply").points, read(mesh).points);
+    assert!(read("scan/mesh.ply").triangles.len() > 10_000);
+    // A cloud has no surface that a ray could meet.
+    let refused = lacuna(path, &["synth", "scan", "other", "--mesh", "scan/points.ply"]);
+    let complaint = String::from_utf8_lossy(&refused.stderr);
+    assert!(
+        !refused.status.success() && complaint.contains("sees nothing of scan/points.ply"),
+        "{complaint}"
+    );
+    assert!(!path.join("other").exists());
+}
+
+#[test]
 fn a_simulated_scan_names_its_truth_from_the_folder_above() {
     let folder = tempdir().unwrap();
     scan(folder.path(), "3", "front");

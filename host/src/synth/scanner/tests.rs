@@ -62,6 +62,29 @@ fn a_noiseless_scan_is_exact_up_to_the_grey_levels() {
 }
 
 #[test]
+fn further_views_are_a_little_beside_the_first() {
+    let truth = truth();
+    let bvh = Bvh::new(&truth);
+    let rms_of_views = |registration_mm: f64| -> Vec<f64> {
+        let exact = Settings { noise_mm: 0.0, smooth_noise_mm: 0.0, registration_mm, ..Settings::small() };
+        let scan = scan(&truth, Kind::Stitched, &exact, 6);
+        let rms = |view: &View| {
+            let pixels = (0..view.height).flat_map(|row| (0..view.width).map(move |column| (column, row)));
+            let measured =
+                pixels.filter(|&(column, row)| view.depth[(row * view.width + column) as usize] > 0);
+            let points: Vec<Point> = measured.map(|(column, row)| view.point(column, row)).collect();
+            let hits = back_in_model_frame(&scan, &points).into_iter().filter_map(|p| bvh.closest(&p, 1.5));
+            let squares: Vec<f64> = hits.map(|hit| hit.squared_distance).collect();
+            (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+        };
+        scan.views.iter().map(rms).collect()
+    };
+    let (exact, off) = (rms_of_views(0.0), rms_of_views(0.3));
+    assert!(exact.iter().all(|&rms| rms < 0.05), "{exact:?}");
+    assert!(off[0] == exact[0] && off[1..].iter().all(|rms| (0.1..1.2).contains(rms)), "{off:?}");
+}
+
+#[test]
 fn missing_vertices_are_those_far_from_the_mesh() {
     let truth = truth();
     let scan = scan(&truth, Kind::Side, &Settings::small(), 7);
