@@ -10,6 +10,8 @@ use lacuna::gradient::{CellGradient, GROUP, MARGIN, Taken, trilinear};
 use lacuna::grid::position;
 use lacuna::hull::{Hull, Target};
 use lacuna::nodes::{NodeMap, map_len};
+use lacuna::pose_fit::ROUNDS;
+use lacuna::pose_row::{MOST, Rows};
 use lacuna::{Fixed, Float, GlobalFit, HullBuilder, LocalFit, Model, Reach, Sizes, global_fit::normal_len};
 use lacuna_host::fit::Buffers;
 use lacuna_tests::fuzz::fit::completed;
@@ -104,15 +106,37 @@ proptest! {
     fn kept_distances_are_those_of_a_single_look(weights in weights(), length in 1usize..5000) {
         let model = model();
         let shape: Vec<f32> = weights.iter().map(|&weight| weight as f32).collect();
-        let (shape, mut memory, mut cube) = (Weights::new(&shape), vec![0i32; length], Cube::new());
+        let (shape, mut memory) = (Weights::new(&shape), vec![0i32; length]);
         let mut kept = Fitted::new(&model, &shape, &mut memory);
         let (points, mut stored) = (in_voxels(&head_points(1000), &voxel_pose(&model)), 0);
         for &(point, _) in &points {
-            let single = cube.find(&model, point).map(|cube| cube.distance(&shape));
+            let single = Cube::new(&model, &shape).find(point).map(Cube::distance);
             stored += usize::from(single.is_some());
             prop_assert_eq!(kept.sample(point), single);
         }
         prop_assert!(2 * stored > points.len());
+    }
+
+    /// What a cube keeps of the places before does not change what it finds at the next one, in whatever order they come.
+    #[test]
+    fn a_cube_that_has_been_elsewhere_makes_the_same_rows(weights in weights(), step in 1usize..500) {
+        let model = model();
+        let shape: Vec<f32> = weights.iter().map(|&weight| weight as f32).collect();
+        let mut rows = Rows::new(&model);
+        rows.set(&ROUNDS[ROUNDS.len() - 1], [30.0; 3], &shape);
+        let (mut used, mut filled) = (rows.cube(), 0);
+        let points = in_voxels(&head_points(1000), &voxel_pose(&model));
+        for i in 0..points.len() {
+            let (point, _) = points[i * step % points.len()];
+            let [mut row, mut fresh] = [[0; MOST]; 2];
+            let found = rows.fill(point, &mut used, &mut row);
+            prop_assert_eq!(found, rows.fill(point, &mut rows.cube(), &mut fresh));
+            if found.is_some() {
+                prop_assert_eq!(&row[..rows.entries()], &fresh[..rows.entries()]);
+                filled += 1;
+            }
+        }
+        prop_assert!(2 * filled > points.len());
     }
 
     /// A perfect global fit leaves the local one nothing to do but rounding: 5.7 at most in eighty draws.
