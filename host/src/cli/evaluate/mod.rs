@@ -1,17 +1,19 @@
 //! `lacuna evaluate`.
 
+mod method;
+mod told;
+
 use super::shapes::{self, Shapes};
 use super::train::{align_mode, positive};
 use super::{Common, Failure, bar, inputs, say};
-use crate::evaluate::{
-    Evaluation, Method, PoseMode, Record, Settings, Smooth, Solver, Summary, Target, figure, missed,
-};
+use crate::evaluate::{Evaluation, Method, PoseMode, Record, Settings, Summary, Target, figure, missed};
 use crate::io;
 use crate::mesh::Mesh;
 use crate::train;
 use crate::train::align::{Align, Way, align};
 use crate::{report, unit};
 use lacuna::format::Unit;
+use method::Switches;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -58,24 +60,8 @@ pub struct Evaluate {
     /// Pose of the targets: joint (refined with the shape), identity (kept), search (anywhere)
     #[arg(long, default_value = "joint", value_parser = pose_mode)]
     pose: PoseMode,
-    /// lacuna, or the paper's own scheme; the options below change single steps of it
-    #[arg(long, default_value = "lacuna", value_parser = method)]
-    method: Method,
-    /// The global fit: direct, or fixed-point (eqs. 11-13)
-    #[arg(long, value_parser = solver)]
-    solver: Option<Solver>,
-    /// What the local fit smooths: update, or field (eq. 14 as printed)
-    #[arg(long, value_parser = smooth)]
-    smooth: Option<Smooth>,
-    /// Radius of the hyper-ellipse of eq. 3, standard deviations
-    #[arg(long, value_parser = positive)]
-    radius: Option<f64>,
-    /// Voxels between the nodes of the weight field
-    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=4))]
-    stride: Option<u8>,
-    /// Side of the last smoothing kernel, class millimetres (the paper: 2.5 or 16.5)
-    #[arg(long, value_parser = positive)]
-    kernel: Option<f64>,
+    #[command(flatten)]
+    switches: Switches,
     /// Instead of figure 2: every single departure from the paper, at the first of the counts
     #[arg(long, conflicts_with_all = ["method", "solver", "smooth", "radius", "stride", "kernel"])]
     ablation: bool,
@@ -97,30 +83,6 @@ fn pose_mode(text: &str) -> Result<PoseMode, String> {
     }
 }
 
-fn method(text: &str) -> Result<Method, String> {
-    match text {
-        "lacuna" => Ok(Method::default()),
-        "paper" => Ok(Method::PAPER),
-        _ => Err("use lacuna or paper".into()),
-    }
-}
-
-fn solver(text: &str) -> Result<Solver, String> {
-    match text {
-        "direct" => Ok(Solver::Direct),
-        "fixed-point" => Ok(Solver::FixedPoint),
-        _ => Err("use direct or fixed-point".into()),
-    }
-}
-
-fn smooth(text: &str) -> Result<Smooth, String> {
-    match text {
-        "update" => Ok(Smooth::Update),
-        "field" => Ok(Smooth::Field),
-        _ => Err("use update or field".into()),
-    }
-}
-
 impl Evaluate {
     /// Runs the subcommand.
     pub fn run(&self, common: &Common) -> Result<(), Failure> {
@@ -138,9 +100,11 @@ impl Evaluate {
         if self.ablation {
             return self.ablate(&mut evaluation, &notes, common);
         }
-        let method = self.chosen()?;
+        let method = self.switches.chosen()?;
         let records = self.results(&mut evaluation, &self.settings(method), "evaluating")?;
-        io::atomic::write(&self.output.join("results.csv"), |file| file.write_all(csv(&records).as_bytes()))?;
+        io::atomic::write(&self.output.join("results.csv"), |file| {
+            file.write_all(told::csv(&records).as_bytes())
+        })?;
         let drawing = figure(&records, unit::symbol(self.unit))?;
         io::atomic::write(&self.output.join("figure2.svg"), |file| file.write_all(drawing.as_bytes()))?;
         let summary = Summary::of(&records.iter().collect::<Vec<_>>());
@@ -152,11 +116,11 @@ impl Evaluate {
             |s| report::evaluation::figure2(&summary, &drawing, s),
         )?;
         if common.json {
-            let counts = &summary.counts;
-            say(&serde_json::to_string_pretty(&serde_json::json!({ "counts": counts, "notes": notes }))?);
+            say(&told::figure_json(&summary, &notes)?);
         } else {
             tell(&notes);
-            self.tell(&summary);
+            say(&told::figure(&summary, self.unit));
+            say(&format!("figure  {}", self.output.join("figure2.svg").display()));
         }
         Ok(())
     }
@@ -183,23 +147,6 @@ impl Evaluate {
         let aligned = align(shapes, mode, 1, &|done, _| progress.set_position(done))?;
         progress.finish_and_clear();
         Ok((aligned.shapes, aligned.way))
-    }
-
-    /// The method with its single switches.
-    fn chosen(&self) -> Result<Method, Failure> {
-        let base = self.method;
-        let smooth = self.smooth.unwrap_or(base.smooth);
-        let stride = self.stride.or(base.stride.filter(|_| smooth == base.smooth));
-        if smooth == Smooth::Field && stride.is_some_and(|q| q != 1) {
-            return Err("a smoothed field has a weight vector at every voxel: use --stride 1".into());
-        }
-        Ok(Method {
-            solver: self.solver.unwrap_or(base.solver),
-            smooth,
-            radius: self.radius.or(base.radius),
-            stride,
-            kernel: self.kernel.or(base.kernel),
-        })
     }
 
     fn settings(&self, method: Method) -> Settings {
@@ -263,19 +210,6 @@ impl Evaluate {
         inputs::write_report(&folder.join(name).with_extension("html"), &html(&subject))
     }
 
-    fn tell(&self, summary: &Summary) {
-        say(&format!(
-            "shapes  model            rms {0:23} p95 {0}, median [quartiles]",
-            unit::symbol(self.unit)
-        ));
-        for (count, models) in &summary.counts {
-            for (model, row) in models {
-                say(&format!("{count:6}  {:16} {:26} {}", model.to_string(), row.rms, row.p95));
-            }
-        }
-        say(&format!("figure  {}", self.output.join("figure2.svg").display()));
-    }
-
     fn ablate(&self, evaluation: &mut Evaluation, notes: &[String], common: &Common) -> Result<(), Failure> {
         let mut rows = Vec::new();
         for (name, method) in Method::ablation() {
@@ -288,20 +222,10 @@ impl Evaluate {
             report::evaluation::ablation(&rows, s)
         })?;
         if common.json {
-            let rows: Vec<_> = rows
-                .iter()
-                .map(|(name, summary)| serde_json::json!({ "method": name, "counts": summary.counts }))
-                .collect();
-            say(&serde_json::to_string_pretty(&serde_json::json!({ "ablation": rows, "notes": notes }))?);
-            return Ok(());
-        }
-        tell(notes);
-        let unit = unit::symbol(self.unit);
-        say(&format!("method                        model    rms {unit:23} p95 {unit}, median [quartiles]"));
-        for (name, summary) in &rows {
-            for (model, row) in summary.counts.values().flatten() {
-                say(&format!("{name:29} {:8} {:26} {}", model.to_string(), row.rms, row.p95));
-            }
+            say(&told::ablation_json(&rows, notes)?);
+        } else {
+            tell(notes);
+            say(&told::ablation(&rows, self.unit));
         }
         Ok(())
     }
@@ -321,16 +245,4 @@ fn tell(notes: &[String]) {
 /// A setting as text.
 fn json(value: &impl serde::Serialize) -> String {
     serde_json::to_string(value).unwrap_or_default().replace('"', "")
-}
-
-/// Every single result.
-fn csv(records: &[Record]) -> String {
-    let mut lines: Vec<String> = Vec::new();
-    for r in records {
-        for (model, score) in &r.scores {
-            lines.push(format!("{},{},{},{model},{},{}", r.count, r.draw, r.target, score.rms, score.p95));
-        }
-    }
-    lines.sort();
-    format!("shapes,draw,target,model,rms,p95\n{}\n", lines.join("\n"))
 }

@@ -1,0 +1,55 @@
+//! What `lacuna evaluate` tells: tables as lines, as JSON and as CSV.
+
+use crate::evaluate::{Record, Summary};
+use crate::unit;
+use lacuna::format::Unit;
+use serde_json::json;
+
+/// Figure 2 as a table.
+pub fn figure(summary: &Summary, unit: Unit) -> String {
+    let mut lines =
+        vec![format!("shapes  model            rms {0:23} p95 {0}, median [quartiles]", unit::symbol(unit))];
+    for (count, models) in &summary.counts {
+        for (model, row) in models {
+            lines.push(format!("{count:6}  {:16} {:26} {}", model.to_string(), row.rms, row.p95));
+        }
+    }
+    lines.join("\n")
+}
+
+/// The same for programs.
+pub fn figure_json(summary: &Summary, notes: &[String]) -> serde_json::Result<String> {
+    serde_json::to_string_pretty(&json!({ "counts": summary.counts, "notes": notes }))
+}
+
+/// Departures from the paper, and what each of them makes of the shapes.
+pub fn ablation(rows: &[(&str, Summary)], unit: Unit) -> String {
+    let unit = unit::symbol(unit);
+    let mut lines =
+        vec![format!("method                        model    rms {unit:23} p95 {unit}, median [quartiles]")];
+    for (name, summary) in rows {
+        for (model, row) in summary.counts.values().flatten() {
+            lines.push(format!("{name:29} {:8} {:26} {}", model.to_string(), row.rms, row.p95));
+        }
+    }
+    lines.join("\n")
+}
+
+/// The same for programs.
+pub fn ablation_json(rows: &[(&str, Summary)], notes: &[String]) -> serde_json::Result<String> {
+    let row = |(name, summary): &(&str, Summary)| json!({ "method": name, "counts": summary.counts });
+    let rows: Vec<_> = rows.iter().map(row).collect();
+    serde_json::to_string_pretty(&json!({ "ablation": rows, "notes": notes }))
+}
+
+/// Every single result.
+pub fn csv(records: &[Record]) -> String {
+    let mut lines: Vec<String> = Vec::new();
+    for r in records {
+        for (model, score) in &r.scores {
+            lines.push(format!("{},{},{},{model},{},{}", r.count, r.draw, r.target, score.rms, score.p95));
+        }
+    }
+    lines.sort();
+    format!("shapes,draw,target,model,rms,p95\n{}\n", lines.join("\n"))
+}
