@@ -2,7 +2,7 @@
 //! [pose fit](crate::pose_fit) wants them.
 //!
 //! The Morton code of a place interleaves the bits of its coordinates, z above y above x. Items are sorted by the
-//! first [`LEVELS`] bits of their places' codes, in their own memory, one bit at a time from the highest: each bit halves
+//! first 30 bits of their places' codes, in their own memory, one bit at a time from the highest: each bit halves
 //! a range of items, which are then sorted by the next bit. Items in order are not moved.
 
 use crate::cloud::Packed;
@@ -16,7 +16,7 @@ pub fn along_curve(points: &mut [Packed]) {
     sort_along_curve(points, &|&[x, y, z, ..]: &Packed| [x, y, z].map(|c| c.cast_unsigned() ^ 0x8000));
 }
 
-/// Brings items into the order of the curve by their places. At most [`LEVELS`] looks at each; the recursion is as deep.
+/// Brings items into the order of the curve by their places. At most 30 looks at each; the recursion is as deep.
 pub fn sort_along_curve<T>(items: &mut [T], place: &impl Fn(&T) -> [u16; 3]) {
     sort(items, place, 0);
 }

@@ -28,7 +28,7 @@ pub struct Dense {
 }
 
 impl Dense {
-    /// Fitted distances of the stored voxels and of [`LAYERS`] layers around them: there the far field's mean
+    /// Fitted distances of the stored voxels and of `LAYERS` layers around them: there the far field's mean
     /// plus the deviation of the nearest stored voxels, which is smooth. Somebody may be farther from the mean
     /// than the model stores.
     pub fn new(model: &Model<'_>, distances: &[i16]) -> Self {

@@ -1,5 +1,5 @@
 //! Pairs of oriented points and the four relations that a rigid motion keeps: distance, two angles between
-//! the normals and the line, and the torsion about it (Winkelbach, Molkenstruck & Wahl 2006, [WMW06]).
+//! the normals and the line, and the torsion about it (Winkelbach, Molkenstruck & Wahl 2006, WMW06).
 //! The torsion has a sign: a mirrored surface has other relations.
 
 use crate::mesh::{Point, Vector};

@@ -1,7 +1,7 @@
 //! Reports to look at: one HTML file that needs nothing else, neither network nor other files.
 //!
 //! A content security policy in the page's head forbids it to load anything from elsewhere. Whatever comes from
-//! files or the command line is escaped ([`html::escape`]).
+//! files or the command line is escaped (`html::escape`).
 
 mod columns;
 pub mod completion;

@@ -1,6 +1,6 @@
 //! Face-like heads: an open surface from hairline to neck, from ear to ear.
 //!
-//! A base of cross-sections ([`skull`]), displaced by features ([`features`]) and ears ([`ear`]),
+//! A base of cross-sections (`skull`), displaced by features (`features`) and ears (`ear`),
 //! then brought to its proportions. [`Parameters`] say how one head differs from another. Every
 //! head has a triangulation of its own: nothing can be learnt from the order of its vertices.
 

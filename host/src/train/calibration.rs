@@ -1,7 +1,7 @@
 //! Fits the constants of the expected error ([`Calibration`]) to the true errors of shapes that were held back.
 //!
-//! A one-sigma error is the quantile [`SHARE`] of the true ones. The quantile that a function of the cues should be is
-//! where the mean of the tilted loss ρ(r) = max(τ r, (τ - 1) r), r = log error - log stated, τ = [`SHARE`], is least
+//! A one-sigma error is the quantile `SHARE` of the true ones. The quantile that a function of the cues should be is
+//! where the mean of the tilted loss ρ(r) = max(τ r, (τ - 1) r), r = log error - log stated, τ = `SHARE`, is least
 //! (Koenker & Bassett 1978); logarithms, so that small errors count as much as large ones. The minimum is searched
 //! constant by constant; then all errors are scaled so that the scan in the middle has that share. What the measured vertices
 //! are off comes from scans of one view: stitched ones have an error besides that they do not show. How well it does is measured on the scans of shapes it was not fitted to.

@@ -1,5 +1,5 @@
 //! Signed distances of a training shape that may itself be a scan, with holes and folds: a hull along the lines
-//! of sight (Curless & Levoy 1996, [CL96] in the paper), and from there on along [FH04]'s sources.
+//! of sight (Curless & Levoy 1996, CL96 in the paper), and from there on along FH04's sources.
 //!
 //! Each point claims the voxels along its normal, up to the reach on both sides and one voxel sideways. The nearest
 //! point wins and gives the distance to its tangent plane. An unknown voxel takes the point of its source in

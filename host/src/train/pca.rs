@@ -1,6 +1,6 @@
 //! Principal components of the training volumes by the m × m Gram matrix, eqs. (4)-(5).
 //!
-//! The sums are taken over blocks of [`BLOCK`] voxels in f32 and over blocks in f64: plain f32 sums are
+//! The sums are taken over blocks of `BLOCK` voxels in f32 and over blocks in f64: plain f32 sums are
 //! 15 % wrong on weak modes.
 
 use rayon::prelude::*;

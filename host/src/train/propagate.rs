@@ -1,5 +1,5 @@
 //! Distances from a layer of known voxels to all others: the distance transform of a sampled function
-//! (Felzenszwalb & Huttenlocher 2004, [FH04] in the paper).
+//! (Felzenszwalb & Huttenlocher 2004, FH04 in the paper).
 //!
 //! The cost of a voxel x is the least |x - y|² + d(y)² over the known voxels y. It separates by axis: along a row
 //! every sample is a parabola, and the lower envelope of the parabolas is built in one sweep. The source y of the
