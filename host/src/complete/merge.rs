@@ -81,18 +81,31 @@ pub fn merge(fitted: &Mesh, scan: &Surface, limits: &Limits) -> Merged {
 
 fn motion(point: &Point, normal: &Vector, scan: &Surface, limits: &Limits) -> Option<Vector> {
     let found = scan.distance(point, limits.motion)?;
-    let scan_normal = found.normal.try_normalize(0.0)?;
-    if scan_normal.dot(normal) < 0.5 {
+    if !faces(scan, found.triangle, normal) {
         return None;
     }
     let motion = found.closest - point;
     match limits.sideways {
-        None => (!found.on_border).then_some(motion),
+        None if found.on_border => beneath(point, normal, scan, found.value.abs() + limits.step),
+        None => Some(motion),
         Some(limit) => {
+            let scan_normal = found.normal.try_normalize(0.0)?;
             let height = scan_normal * motion.dot(&scan_normal);
             ((motion - height).norm() <= limit).then_some(height)
         }
     }
+}
+
+/// Motion onto another sheet where a hole of the nearest one ends: views overlap, and each lacks single pixels.
+fn beneath(point: &Point, normal: &Vector, scan: &Surface, reach: f64) -> Option<Vector> {
+    let (motion, triangle) = scan.along(point, normal, reach)?;
+    faces(scan, triangle, normal).then_some(motion)
+}
+
+/// Whether the scan around a triangle faces the way of a unit normal, within 60 degrees.
+fn faces(scan: &Surface, triangle: u32, normal: &Vector) -> bool {
+    let facing = scan.facing(triangle);
+    facing.dot(normal) >= 0.5 * facing.norm() && facing != Vector::zeros()
 }
 
 /// Measured vertices that moved by more than `step` otherwise than an inferred neighbour, or farther outward: at sharp
@@ -148,6 +161,31 @@ mod tests {
         let heights: Vec<f64> = (0..=60).map(height).collect();
         assert!(heights[1..].windows(4).all(|w| w[0] >= w[3] - 1e-12), "{heights:?}");
         assert!((merged.distances[2 * 20] - 10.0).abs() < 0.2);
+    }
+
+    #[test]
+    fn a_hole_of_one_sheet_is_measured_where_another_covers_it() {
+        let piece = |from: f64, to: f64, z: f64| {
+            let mut piece = strip(1, z);
+            piece.points.iter_mut().for_each(|p| p.x = from + (to - from) * p.x);
+            piece
+        };
+        let mut sheet = piece(0.0, 4.9, 0.4);
+        sheet.append(&piece(5.1, 10.0, 0.4));
+        let mut fitted = strip(10, 0.0);
+        fitted.points.iter_mut().for_each(|p| p.y = 0.25 + p.y / 2.0);
+        let limits = Limits { motion: 1.0, sideways: None, step: 0.25 };
+        let in_hole = |scan: &Mesh| {
+            let merged = merge(&fitted, &Surface::new(scan).unwrap(), &limits);
+            (merged.labels[2 * 5], merged.mesh.points[2 * 5].z)
+        };
+        assert_eq!(in_hole(&sheet).0, INFERRED);
+        let mut both = sheet.clone();
+        both.append(&piece(0.0, 10.0, 0.45));
+        assert_eq!(in_hole(&both), (MEASURED, 0.45));
+        // Too far beneath to be the same surface.
+        sheet.append(&piece(0.0, 10.0, 0.8));
+        assert_eq!(in_hole(&sheet).0, INFERRED);
     }
 
     #[test]

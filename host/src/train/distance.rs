@@ -28,6 +28,8 @@ pub struct Distance {
     pub closest: Point,
     /// The pseudo-normal there, not of unit length.
     pub normal: Vector,
+    /// A triangle that has it.
+    pub triangle: u32,
 }
 
 impl Surface {
@@ -84,7 +86,21 @@ impl Surface {
         };
         let size = hit.squared_distance.sqrt();
         let value = if (p - hit.point).dot(&normal) < 0.0 { -size } else { size };
-        Some(Distance { value, on_border, closest: hit.point, normal })
+        Some(Distance { value, on_border, closest: hit.point, normal, triangle: hit.triangle })
+    }
+
+    /// The way that the surface around a triangle faces, not of unit length: noise tilts single triangles.
+    pub fn facing(&self, triangle: u32) -> Vector {
+        self.triangles[triangle as usize].iter().map(|&v| self.vertices[v as usize]).sum()
+    }
+
+    /// Motion from `p` to where the line along a unit vector, forward or backward, meets the surface first, within
+    /// `reach`, and the triangle there.
+    pub fn along(&self, p: &Point, direction: &Vector, reach: f64) -> Option<(Vector, u32)> {
+        let hit = |way: Vector| self.bvh.cast(p, &way, reach).map(|(t, triangle)| (t, way, triangle));
+        let (ahead, behind) = (hit(*direction), hit(-direction));
+        let (t, way, triangle) = ahead.into_iter().chain(behind).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some((way * t, triangle))
     }
 
     /// The tree underneath.
