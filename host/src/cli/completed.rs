@@ -48,6 +48,8 @@ pub struct ExpectedError<'a> {
     calibrated: bool,
     measured: Option<Share>,
     inferred: Option<Share>,
+    /// A part of both; 0 for one view.
+    hidden: f32,
     /// Lengths of it in voxels.
     calibration: Option<&'a Calibration>,
 }
@@ -143,7 +145,8 @@ impl<'a> ExpectedError<'a> {
     pub fn of(completion: &Completion, model: &'a Model<'_>) -> Self {
         let [measured, inferred] = completion.expected_shares;
         let calibrated = completion.expected.calibrated;
-        Self { calibrated, measured, inferred, calibration: model.calibration() }
+        let hidden = completion.expected.hidden;
+        Self { calibrated, measured, inferred, hidden, calibration: model.calibration() }
     }
 
     fn line(&self, symbol: &str) -> String {
@@ -152,6 +155,12 @@ impl<'a> ExpectedError<'a> {
         };
         let guess = if self.calibrated { "" } else { "; a guess, the model is not calibrated" };
         let (measured, inferred) = (part(self.measured), part(self.inferred));
-        format!("expected error  {measured} where measured, {inferred} where inferred{guess}")
+        let hidden = self.hidden;
+        let views = if hidden > 0.0 {
+            format!("; {hidden:.2} {symbol} of it for how several views lie beside each other")
+        } else {
+            String::new()
+        };
+        format!("expected error  {measured} where measured, {inferred} where inferred{views}{guess}")
     }
 }

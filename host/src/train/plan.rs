@@ -83,7 +83,7 @@ impl Plan {
     /// Voxels that may lie in the band, judged by the mean distance at the nodes around them; `margin` standard
     /// deviations more than the band of all shapes needs, for the bands of some of them.
     pub fn candidates(&self, margin: f64) -> Vec<u32> {
-        let far = self.brick / FAR_PER_BRICK;
+        let far = self.far_stride();
         let nodes = self.lattice.coarse(far);
         let slack = nodes.spacing * 3f64.sqrt();
         let band = Band { spread: self.band.spread + margin, ..self.band };
@@ -112,24 +112,19 @@ impl Plan {
         surfaces: &[&Surface],
     ) -> Result<Vec<u8>, Error> {
         let crop = self.crop(voxels);
+        let cells: usize = crop.lattice.sides.iter().map(|side| side / self.brick).product();
+        if cells >= usize::from(lacuna::format::ABSENT) {
+            return Err(Error::TooLarge(cells));
+        }
         let h = self.lattice.spacing;
         let moved: Vec<u32> = voxels.iter().map(|&place| crop.moved(&self.lattice, place)).collect();
-        let far = self.brick / FAR_PER_BRICK;
-        let nodes = crop.lattice.coarse(far);
+        let nodes = crop.lattice.coarse(self.far_stride());
         // The crop is not a multiple of the far stride away: sample the far field on its own nodes.
         let far_values = coarse(surfaces, &nodes)
             .into_iter()
             .map(|at| (at.border <= FAR_BORDER_SHARE.max(self.border_share)).then_some((at.mean / h) as f32))
             .collect();
-        let u = (self.millimetre / h) as f32;
-        let made = format!(
-            "lacuna {}; spacing {h}; band -{:.3} to {:.3} and {} deviations; {} distances",
-            env!("CARGO_PKG_VERSION"),
-            self.band.behind,
-            self.band.front,
-            self.band.spread,
-            if self.distances == Distances::Exact { "exact" } else { "line of sight" }
-        );
+        let made = self.made();
         let header = Header {
             class: &settings.class,
             made: &made,
@@ -139,25 +134,14 @@ impl Plan {
             origin: crop.lattice.origin.coords.map(|c| c as f32).into(),
             sides: crop.lattice.sides.map(|side| side as u16),
             brick: self.brick as u8,
-            far_stride: far as u8,
+            far_stride: self.far_stride() as u8,
             stride: self.stride,
             modes: pca.modes.len() as u8,
             bricks: 0,
             voxels: 0,
             explained: pca.explained as f32,
-            scales: Scales {
-                millimetre: u,
-                front: (6.5 * u).clamp(1.0, 7.5),
-                behind: (3.2 * u).max(0.8).min((6.5 * u).clamp(1.0, 7.5)),
-                global_ridge: 0.0025 * u * u,
-                local_ridge: 10.0 * u * u,
-                voxel_ridge: 0.02 * u * u,
-            },
+            scales: self.scales(),
         };
-        let cells: usize = crop.lattice.sides.iter().map(|side| side / self.brick).product();
-        if cells >= usize::from(lacuna::format::ABSENT) {
-            return Err(Error::TooLarge(cells));
-        }
         let mut order: Vec<usize> = (0..moved.len()).collect();
         order.sort_by_key(|&i| moved[i]);
         Ok(model_file::encode(&Draft {
@@ -170,6 +154,38 @@ impl Plan {
             modes: pca.modes.iter().map(|mode| order.iter().map(|&i| mode[i]).collect()).collect(),
             far: far_values,
         }))
+    }
+
+    /// Voxels between the nodes of the far field.
+    const fn far_stride(&self) -> usize {
+        self.brick / FAR_PER_BRICK
+    }
+
+    /// How a model of this plan was made.
+    fn made(&self) -> String {
+        format!(
+            "lacuna {}; spacing {}; band -{:.3} to {:.3} and {} deviations; {} distances",
+            env!("CARGO_PKG_VERSION"),
+            self.lattice.spacing,
+            self.band.behind,
+            self.band.front,
+            self.band.spread,
+            if self.distances == Distances::Exact { "exact" } else { "line of sight" }
+        )
+    }
+
+    /// What is a length in class millimetres, in voxels; the ridges are squares of such.
+    fn scales(&self) -> Scales {
+        let u = (self.millimetre / self.lattice.spacing) as f32;
+        let front = (6.5 * u).clamp(1.0, 7.5);
+        Scales {
+            millimetre: u,
+            front,
+            behind: (3.2 * u).max(0.8).min(front),
+            global_ridge: 0.0025 * u * u,
+            local_ridge: 10.0 * u * u,
+            voxel_ridge: 0.02 * u * u,
+        }
     }
 
     /// The smallest grid of whole bricks around the stored voxels.

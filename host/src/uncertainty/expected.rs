@@ -25,6 +25,8 @@ pub struct Expected {
     pub errors: Vec<f32>,
     /// That of a measured vertex.
     pub noise: f32,
+    /// What the scan is off without showing it, a part of all of them.
+    pub hidden: f32,
     /// Whether the model's trainer has compared such errors with true ones.
     pub calibrated: bool,
 }
@@ -47,7 +49,7 @@ impl Expected {
         let errors = cues.iter().map(|cue| expected(&constants, cue, misfit) / scale).collect();
         let hidden = cues.first().map_or(0.0, |cue| cue.hidden);
         let noise = (constants.noise * misfit).hypot(hidden) / scale;
-        Self { errors, noise, calibrated: calibration.is_some() }
+        Self { errors, noise, hidden: hidden / scale, calibrated: calibration.is_some() }
     }
 }
 
