@@ -82,6 +82,7 @@ impl<'a, 'w> ScaledWeights<'a, 'w> {
         else {
             return &[0; MODES];
         };
+        // A model does not change while it is lent: exponents in the same place are those of the same brick.
         if !core::ptr::eq(*by, exponents) {
             scale(scaled, weights, exponents.get(part * MODES..).unwrap_or(&[]));
             *by = exponents;
