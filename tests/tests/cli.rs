@@ -73,6 +73,14 @@ fn a_mesh_of_the_users_is_scanned_as_a_head_is() {
     let read = |name: &str| lacuna_host::io::read(&path.join(name)).unwrap();
     assert_eq!(read("scan/truth.ply").points, read(mesh).points);
     assert!(read("scan/mesh.ply").triangles.len() > 10_000);
+    // Several views are off beside each other without showing it.
+    succeeds(path, &["synth", "scan", "front", "--mesh", mesh, "--small"]);
+    let hidden = |scan: &str| {
+        let report = json(path, &["complete", scan, "--no-picture", "--json"]);
+        report["expected_error"]["hidden"].as_f64().expect("a number")
+    };
+    assert_eq!(hidden("front/mesh.ply"), 0.0);
+    assert!((0.09..0.13).contains(&hidden("scan/mesh.ply")));
     // A cloud has no surface that a ray could meet.
     let refused = lacuna(path, &["synth", "scan", "other", "--mesh", "scan/points.ply"]);
     let complaint = String::from_utf8_lossy(&refused.stderr);

@@ -18,6 +18,8 @@ pub const INFERRED: u8 = 0;
 const FADE: f64 = 0.92;
 /// Rings the motion is carried.
 const RINGS: usize = 40;
+/// What noise makes of a surface that is measured, and of how views lie beside each other, in steps at the seam.
+const NOISE: f64 = 2.0;
 /// Times measured vertices that make a step at the seam are given up at most; seen: 12 on faces, beyond 30 in hair.
 const YIELDS: usize = 60;
 
@@ -81,15 +83,18 @@ pub fn merge(fitted: &Mesh, scan: &Surface, limits: &Limits) -> Merged {
 
 fn motion(point: &Point, normal: &Vector, scan: &Surface, limits: &Limits) -> Option<Vector> {
     let found = scan.distance(point, limits.motion)?;
-    if !faces(scan, found.triangle, normal) {
+    let scan_normal = found.normal.try_normalize(0.0)?;
+    let noise = NOISE * limits.step;
+    // Noise tilts single triangles; one that is tilted far from the fitted surface is a stray.
+    let tilted = || found.value.abs() < noise && faces(scan, found.triangle, normal);
+    if scan_normal.dot(normal) < 0.5 && !tilted() {
         return None;
     }
     let motion = found.closest - point;
     match limits.sideways {
-        None if found.on_border => beneath(point, normal, scan, found.value.abs() + limits.step),
+        None if found.on_border => beneath(point, normal, scan, noise),
         None => Some(motion),
         Some(limit) => {
-            let scan_normal = found.normal.try_normalize(0.0)?;
             let height = scan_normal * motion.dot(&scan_normal);
             ((motion - height).norm() <= limit).then_some(height)
         }
@@ -186,6 +191,20 @@ mod tests {
         // Too far beneath to be the same surface.
         sheet.append(&piece(0.0, 10.0, 0.8));
         assert_eq!(in_hole(&sheet).0, INFERRED);
+    }
+
+    #[test]
+    fn a_steep_triangle_is_measured_near_the_fitted_surface_and_a_stray_far_from_it() {
+        // Flat, then two down, then flat again.
+        let mut scan = strip(3, 0.0);
+        for point in &mut scan.points {
+            (point.x, point.z) = [(0.0, 0.0), (1.0, 0.0), (1.1, -2.0), (5.0, -2.0)][point.x as usize];
+        }
+        let scan = Surface::new(&scan).unwrap();
+        let limits = Limits { motion: 1.5, sideways: None, step: 0.25 };
+        let at = |x: f64| motion(&Point::new(x, 0.5, -1.0), &Vector::z(), &scan, &limits);
+        assert!(at(1.2).is_some(), "tilted by noise");
+        assert!(at(2.0).is_none(), "the step is the nearest there too");
     }
 
     #[test]

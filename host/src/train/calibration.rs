@@ -3,8 +3,9 @@
 //! A one-sigma error is the quantile `SHARE` of the true ones. The quantile that a function of the cues should be is
 //! where the mean of the tilted loss ρ(r) = max(τ r, (τ - 1) r), r = log error - log stated, τ = `SHARE`, is least
 //! (Koenker & Bassett 1978); logarithms, so that small errors count as much as large ones. The minimum is searched
-//! constant by constant; then all errors are scaled so that the scan in the middle has that share. What the measured vertices
-//! are off comes from scans of one view: stitched ones have an error besides that they do not show. How well it does is measured on the scans of shapes it was not fitted to.
+//! constant by constant; then all errors are scaled so that the scan in the middle has that share. What the measured
+//! vertices are off comes from scans of one view: stitched ones have an error besides that they do not show. How well it
+//! does is measured on the scans of shapes it was not fitted to.
 
 use super::held_out::{HeldOut, Trial, trials};
 use super::prepared::Prepared;
@@ -125,18 +126,19 @@ struct Samples {
 impl Samples {
     fn new(trial: &Trial, most: usize) -> Self {
         let misfit = misfit(&trial.cues).max(NONE);
-        let known = |wanted: bool| {
+        let known = |wanted: fn(&Cue) -> bool| {
             let pairs = trial.cues.iter().zip(&trial.errors);
-            let all: Vec<(Cue, f32)> = pairs
-                .filter(|(cue, _)| cue.measured == wanted && !(wanted && cue.hidden > 0.0))
-                .filter_map(|(cue, e)| Some((*cue, (*e)?)))
-                .collect();
+            let all: Vec<(Cue, f32)> =
+                pairs.filter(|(cue, _)| wanted(cue)).filter_map(|(cue, e)| Some((*cue, (*e)?))).collect();
             let count = all.len().min(most);
             (0..count).map(|i| all[i * all.len() / count]).collect::<Vec<_>>()
         };
         Self {
-            noise: known(true).into_iter().map(|(_, error)| error / misfit).collect(),
-            inferred: known(false),
+            noise: known(|cue| cue.measured && cue.hidden == 0.0)
+                .into_iter()
+                .map(|(_, error)| error / misfit)
+                .collect(),
+            inferred: known(|cue| !cue.measured),
         }
     }
 }

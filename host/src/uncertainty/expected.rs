@@ -48,7 +48,7 @@ impl Expected {
         let misfit = misfit(cues);
         let errors = cues.iter().map(|cue| expected(&constants, cue, misfit) / scale).collect();
         let hidden = cues.first().map_or(0.0, |cue| cue.hidden);
-        let noise = (constants.noise * misfit).hypot(hidden) / scale;
+        let noise = measured(&constants, misfit, hidden) / scale;
         Self { errors, noise, hidden: hidden / scale, calibrated: calibration.is_some() }
     }
 }
@@ -72,10 +72,15 @@ pub fn misfit(cues: &[Cue]) -> f32 {
     (sum / count.max(1.0)).sqrt() as f32
 }
 
+/// The expected error of a measured vertex, voxels.
+fn measured(constants: &Calibration, misfit: f32, hidden: f32) -> f32 {
+    (constants.noise * misfit).hypot(hidden)
+}
+
 /// The expected error of a vertex, voxels.
 pub fn expected(constants: &Calibration, cue: &Cue, misfit: f32) -> f32 {
     if cue.measured {
-        return (constants.noise * misfit).hypot(cue.hidden);
+        return measured(constants, misfit, cue.hidden);
     }
     let reached = |way: f32| 1.0 - libm::expf(-cue.away / way);
     let within = reached(constants.posterior_way) * constants.posterior * cue.posterior;
