@@ -122,7 +122,7 @@ impl<'a> Rows<'a> {
             None if self.shape => return None,
             None => sample::far(self.model, q)?,
         };
-        let steepness = libm::sqrtf(dot(gradient, gradient)).max(0.3);
+        let steepness = steepness(gradient);
         let residual = distance / steepness;
         let farthest = (15.0 * self.model.header().scales.millimetre).max(2.0 * self.misfit);
         if residual.is_nan() || residual.abs() >= farthest {
@@ -147,6 +147,11 @@ impl<'a> Rows<'a> {
         }
         Some((residual, weight))
     }
+}
+
+/// γ = max(|g|, 0.3) of a distance's gradient g.
+pub fn steepness(gradient: [f32; 3]) -> f32 {
+    libm::sqrtf(dot(gradient, gradient)).max(0.3)
 }
 
 /// The least power of two above a positive number.

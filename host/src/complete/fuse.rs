@@ -19,6 +19,9 @@ const NARROW: f64 = 1.5;
 /// The same on the model's own grid.
 const COARSE_NARROW: f64 = 0.8;
 
+/// Gradient of a distance below which it has hardly a direction; a distance's own is 1.
+const STEEP: f32 = 0.5;
+
 /// A dense volume of distances in voxels, x fastest, NaN where unknown.
 pub struct Dense {
     /// Voxels along x, y, z.
@@ -87,25 +90,13 @@ impl Dense {
 
     /// Unknown voxels on the support next to known deviations: place, deviation and distance.
     fn grow(&self, model: &Model<'_>, deviations: &[f32]) -> Vec<(usize, f32, f32)> {
-        let [width, height, depth] = self.sides;
         let next = |i: usize| {
-            let [x, y, z] = self.voxel(i);
-            let inside = [x > 0, x + 1 < width, y > 0, y + 1 < height, z > 0, z + 1 < depth];
-            let steps = [
-                -1,
-                1,
-                -(width as isize),
-                width as isize,
-                -((width * height) as isize),
-                (width * height) as isize,
-            ];
-            let near = inside.into_iter().zip(steps).filter(|(inside, _)| *inside);
-            let known = near.map(|(_, step)| deviations[i.wrapping_add_signed(step)]).filter(|d| !d.is_nan());
+            let known = self.neighbours(i).map(|near| deviations[near]).filter(|d| !d.is_nan());
             let (sum, count) = known.fold((0.0, 0), |(sum, count), d| (sum + d, count + 1));
             if count == 0 {
                 return None;
             }
-            let (mean, _) = sample::far(model, [x, y, z].map(|v| v as f32))?;
+            let (mean, _) = sample::far(model, self.voxel(i).map(|v| v as f32))?;
             let deviation = sum / count as f32;
             Some((i, deviation, mean + deviation))
         };
@@ -115,6 +106,35 @@ impl Dense {
 
     fn index(&self, [x, y, z]: [usize; 3]) -> usize {
         (z * self.sides[1] + y) * self.sides[0] + x
+    }
+
+    /// The voxels before and behind one along an axis, where the grid has them.
+    pub fn beside(&self, i: usize, axis: usize) -> [Option<usize>; 2] {
+        let step = [1, self.sides[0], self.sides[0] * self.sides[1]][axis];
+        let at = i / step % self.sides[axis];
+        [(at > 0).then(|| i - step), (at + 1 < self.sides[axis]).then(|| i + step)]
+    }
+
+    /// The voxels that share a face with one.
+    pub fn neighbours(&self, i: usize) -> impl Iterator<Item = usize> {
+        [0, 1, 2].map(|axis| self.beside(i, axis)).into_iter().flatten().flatten()
+    }
+
+    /// Direction in which the distance grows, of unit length unless it grows slowly; zero where it is unknown.
+    pub fn direction(&self, i: usize) -> [f32; 3] {
+        let own = self.values[i];
+        let along = |axis: usize| {
+            let [before, behind] = self.beside(i, axis).map(|near| near.map_or(f32::NAN, |j| self.values[j]));
+            match (before.is_nan(), behind.is_nan()) {
+                (false, false) => (behind - before) / 2.0,
+                (false, true) => own - before,
+                (true, false) => behind - own,
+                (true, true) => 0.0,
+            }
+        };
+        let gradient: [f32; 3] = std::array::from_fn(along);
+        let steep = gradient.iter().map(|g| g * g).sum::<f32>().sqrt().max(STEEP);
+        gradient.map(|g| if g.is_nan() { 0.0 } else { g / steep })
     }
 
     /// Place of a voxel in the grid.
@@ -253,6 +273,27 @@ mod tests {
             field.values[i] = value;
         }
         assert_eq!(field.straight(|_| true).len(), 15 + 10);
+    }
+
+    #[test]
+    fn directions_are_outward_and_neighbours_are_in_the_grid() {
+        let values = (0..125)
+            .map(|i| if i % 25 == 24 { f32::NAN } else { 0.6 * (i % 5) as f32 - 0.8 * (i / 5 % 5) as f32 });
+        let field = Dense { sides: [5; 3], values: values.collect() };
+        // At a corner, inside, beside an unknown one.
+        for i in [0, 62, 73] {
+            let off = field
+                .direction(i)
+                .iter()
+                .zip([0.6, -0.8, 0.0])
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, f32::max);
+            assert!(off < 1e-5, "{i}: {:?}", field.direction(i));
+        }
+        assert_eq!(field.neighbours(0).collect::<Vec<_>>(), [1, 5, 25]);
+        assert_eq!(field.neighbours(62).count(), 6);
+        let flat = Dense { sides: [5; 3], values: vec![3.0; 125] };
+        assert_eq!(flat.direction(62), [0.0; 3]);
     }
 
     #[test]

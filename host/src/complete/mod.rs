@@ -7,6 +7,7 @@ pub mod clutter;
 pub mod depth_rows;
 pub mod diffusion;
 pub mod fuse;
+pub mod level;
 pub mod merge;
 pub mod picture;
 pub mod pieces;
@@ -169,7 +170,14 @@ pub fn complete_by(
     let global_field = Dense::new(model, &fit.global_distances);
     let (global, local) = (global_field.surface(&placed, 1), field.surface(&placed, 1));
     let voxels: Vec<Point> = points.points.iter().map(|p| centred.to_model(p)).collect();
-    let drawn = drawn_to_scan(model, (field, &global_field), &measured.surface, &placed, &voxels);
+    // A given pose was not estimated, and no weights with it.
+    let posed = !start.hint.rounds(model).is_empty();
+    let global_weights = || fit.global.iter().map(|&weight| weight as f32).collect();
+    let weights = if posed { fit.shape.clone() } else { global_weights() };
+    let posterior = Posterior::new(model, &points, &placed.pose, &weights, posed);
+    let fields = (field, &global_field);
+    let drawn = drawn_to_scan(model, fields, posterior.as_ref(), (&measured.surface, &placed), &voxels);
+
     let fitted = fair(&drawn.surface(&placed, options.finer), FAIRING);
     if fitted.triangles.is_empty() {
         return Err(Error::NoSurface(
@@ -180,11 +188,6 @@ pub fn complete_by(
     let limits = Limits { motion: MOTION * unit, sideways: measured.sideways, step: STEP * unit };
     let merged = merge::merge(&fitted, &measured.surface, &limits);
     let clutter = Clutter::of(&scan, &merged.mesh, APART * unit);
-    // A given pose was not estimated, and no weights with it.
-    let posed = !start.hint.rounds(model).is_empty();
-    let global_weights = || fit.global.iter().map(|&weight| weight as f32).collect();
-    let weights = if posed { fit.shape.clone() } else { global_weights() };
-    let posterior = Posterior::new(model, &points, &placed.pose, &weights, posed);
     let hidden = hidden::error(&points.normals) * model.header().scales.millimetre;
     let cues_of = |posterior: &Posterior<'_>| cues(posterior, &placed, &merged, hidden);
     let cues = posterior.as_ref().map(cues_of).unwrap_or_default();
@@ -230,20 +233,24 @@ fn with_pieces(
     Ok((scan, measured, start))
 }
 
-/// The local fit's distances without what did not settle, the scan's own beyond what the model stores; `voxels` are the
-/// scan's points.
+/// The local fit's distances without what did not settle, with the volume that the scan leaves undecided, and the scan's
+/// own distances beyond what the model stores; `voxels` are the scan's points.
 fn drawn_to_scan(
     model: &Model<'_>,
     (mut local, global): (Dense, &Dense),
-    scan: &Surface,
-    placed: &Placed,
+    posterior: Option<&Posterior<'_>>,
+    (scan, placed): (&Surface, &Placed),
     voxels: &[Point],
 ) -> Dense {
     let near = OWN_REACH / f64::from(placed.pose.scale);
     // A voxel hears of the nodes around it, and they reach as far again.
     let reach = 2 * usize::from(model.header().stride);
     let own = |i: usize| global.measured(i, scan, placed, near);
-    diffusion::diffuse(&mut local, global, voxels, reach, own);
+    let measured = diffusion::diffuse(&mut local, global, voxels, reach, own);
+    if let Some(posterior) = posterior {
+        let deviations = level::deviations(&local, posterior);
+        level::level(&mut local, &deviations, &measured);
+    }
     local.extend(model, scan, placed, voxels);
     local
 }

@@ -181,7 +181,9 @@ impl Plan {
         Scales {
             millimetre: u,
             front,
-            behind: (3.2 * u).max(0.8).min(front),
+            // Farther in, the distance behind one side of a thin part (an ear) is already that of the other one: twice as
+            // much makes unseen backs of ears 0.2 mm thicker, and their rms 1.7 instead of 1.6 mm.
+            behind: (1.65 * u).max(0.5).min(front),
             global_ridge: 0.0025 * u * u,
             local_ridge: 10.0 * u * u,
             voxel_ridge: 0.02 * u * u,

@@ -15,9 +15,10 @@
 use crate::points::OrientedPoints;
 use lacuna::columns::{products, set_row};
 use lacuna::completion::POSE_POINTS;
+use lacuna::cube::Cube;
 use lacuna::patch::eliminate_own_weights;
 use lacuna::pose_fit::{OWN_RIDGE, PATCH, POSE, RIDGE, ROUNDS, columns_len, ridge, sums_len};
-use lacuna::pose_row::{MOST, Rows};
+use lacuna::pose_row::{MOST, Rows, steepness};
 use lacuna::{Model, Pose};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
@@ -70,13 +71,25 @@ impl<'a> Posterior<'a> {
     /// Deviation of the surface along its normal at a place on or near it, voxels; `None` where the model stores
     /// nothing.
     pub fn at(&self, q: [f32; 3]) -> Option<f32> {
-        let mut row = [0; MOST];
-        let (_, weight) = self.rows.fill(q, &mut self.rows.cube(), &mut row)?;
+        self.with_cube(q).map(|(deviation, _)| deviation)
+    }
+
+    /// Deviation of the distance at a place, voxels: where the surface lies counts as much as the distance changes on
+    /// the way.
+    pub fn of_distance(&self, q: [f32; 3]) -> Option<f32> {
+        let (deviation, mut cube) = self.with_cube(q)?;
+        let (_, gradient) = cube.distance();
+        Some(deviation * steepness(gradient))
+    }
+
+    fn with_cube(&self, q: [f32; 3]) -> Option<(f32, Cube<'_, '_>)> {
+        let (mut row, mut cube) = ([0; MOST], self.rows.cube());
+        let (_, weight) = self.rows.fill(q, &mut cube, &mut row)?;
         let units = self.rows.units().map(|unit| f64::from(unit) / f64::from(weight).sqrt());
         let row = row.into_iter().zip(units).map(|(entry, unit)| f64::from(entry) * unit);
         let row = DVector::from_iterator(self.unknowns, row.take(self.unknowns));
         let solved = self.factor.l_dirty().solve_lower_triangular(&row)?;
-        Some((self.ridge.sqrt() * solved.norm()) as f32)
+        Some(((self.ridge.sqrt() * solved.norm()) as f32, cube))
     }
 
     /// Deviation of the turn about the axis that is determined least, radians; `None` where the pose was not estimated.
