@@ -174,7 +174,7 @@ mod tests {
             let [x, y, _] = before.voxel(i);
             let near = before.values[i].abs() < 1.0 && [x, y].iter().all(|v| (5..N - 5).contains(v));
             let moved = before.values[i] - after.values[i];
-            assert!(!near || moved.abs() < 0.05, "{i}: {moved} at {}", before.values[i]);
+            assert!(!near || moved.abs() < 0.1, "{i}: {moved} at {}", before.values[i]);
         }
     }
 
