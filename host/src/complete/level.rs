@@ -22,8 +22,8 @@ use rayon::prelude::*;
 const UNEXPLAINED: f32 = 2.4;
 /// ε, voxels: about the deviation of places within a voxel.
 const EDGE: f32 = 0.3;
-/// Radius of B, voxels: as wide as thin parts are apart.
-const RADIUS: usize = 1;
+/// Voxels that B's nine box means are over: as wide as thin parts are apart.
+const WINDOW: f32 = 19_683.0;
 /// Levels that are tried: the first one, and how far apart, voxels.
 const LEVELS: usize = 17;
 const LOWEST: f32 = -1.0;
@@ -41,7 +41,7 @@ pub fn level(field: &mut Dense, deviations: &[f32], measured: &[bool]) {
     let volumes = |share: &dyn Fn(usize) -> f32| {
         let mut volumes = vec![0.0; field.values.len()];
         counted.iter().for_each(|&i| volumes[i] = share(i));
-        means(&mut volumes, field.sides, RADIUS);
+        means(&mut volumes, field.sides);
         volumes
     };
     let doubt = |i: usize| EDGE.hypot(UNEXPLAINED * deviations[i]);
@@ -55,8 +55,8 @@ pub fn level(field: &mut Dense, deviations: &[f32], measured: &[bool]) {
         weights[i] = surface;
         levels[i] = if measured[i] { 0.0 } else { surface * level };
     }
-    means(&mut levels, field.sides, 1);
-    means(&mut weights, field.sides, 1);
+    means(&mut levels, field.sides);
+    means(&mut weights, field.sides);
     for &i in counted.iter().filter(|&&i| !measured[i] && weights[i] > 0.0) {
         field.values[i] -= levels[i] / weights[i];
     }
@@ -71,17 +71,20 @@ pub fn deviations(field: &Dense, posterior: &Posterior<'_>) -> Vec<f32> {
     };
     let all = (0..field.values.len()).into_par_iter().with_min_len(256);
     let mut deviations: Vec<f32> = all.map(deviation).collect();
+    let unknown = |i: &usize| near(*i) && deviations[*i].is_nan();
+    let mut unknown: Vec<usize> = (0..deviations.len()).filter(unknown).collect();
     loop {
-        let grown = |i: usize| {
+        let grown = |&i: &usize| {
             let known = field.neighbours(i).map(|j| deviations[j]).filter(|d| !d.is_nan());
             let (sum, count) = known.fold((0.0, 0.0), |(sum, count), d| (sum + d, count + 1.0));
-            (deviations[i].is_nan() && near(i) && count > 0.0).then(|| (i, sum / count))
+            (count > 0.0).then(|| (i, sum / count))
         };
-        let grown: Vec<(usize, f32)> = (0..deviations.len()).into_par_iter().filter_map(grown).collect();
+        let grown: Vec<(usize, f32)> = unknown.par_iter().filter_map(grown).collect();
         if grown.is_empty() {
             return deviations;
         }
         grown.into_iter().for_each(|(i, deviation)| deviations[i] = deviation);
+        unknown.retain(|&i| deviations[i].is_nan());
     }
 }
 
@@ -99,23 +102,26 @@ fn below(z: f32) -> f32 {
     0.5 * libm::erfcf(-z * std::f32::consts::FRAC_1_SQRT_2)
 }
 
-/// B: box means along the axes, taken three times; outside of the grid there is nothing.
-fn means(values: &mut [f32], sides: [usize; 3], radius: usize) {
-    let share = 1.0 / (2 * radius + 1) as f32;
+/// B: box means of three voxels along the axes, taken three times; outside of the grid there is nothing.
+fn means(values: &mut [f32], sides: [usize; 3]) {
+    let mut before = values.to_vec();
     for _ in 0..3 {
         let mut step = 1;
         for side in sides {
-            let mut line = vec![0.0; side + 2 * radius];
-            for first in (0..values.len()).filter(|i| i / step % side == 0) {
-                (0..side).for_each(|k| line[radius + k] = values[first + k * step]);
-                let windows = line.windows(2 * radius + 1);
-                windows
-                    .enumerate()
-                    .for_each(|(k, w)| values[first + k * step] = share * w.iter().sum::<f32>());
+            before.copy_from_slice(values);
+            for (from, to) in before.chunks(step * side).zip(values.chunks_mut(step * side)) {
+                add(&mut to[step..], from);
+                add(to, &from[step..]);
             }
             step *= side;
         }
     }
+    values.iter_mut().for_each(|value| *value /= WINDOW);
+}
+
+/// Adds what both have.
+fn add(to: &mut [f32], from: &[f32]) {
+    to.iter_mut().zip(from).for_each(|(to, from)| *to += from);
 }
 
 #[cfg(test)]
@@ -181,7 +187,7 @@ mod tests {
     #[test]
     fn means_of_a_constant_are_that_constant_inside() {
         let mut values = vec![2.0; N * N * N];
-        means(&mut values, [N; 3], 1);
+        means(&mut values, [N; 3]);
         assert!((values[(9 * N + 9) * N + 9] - 2.0).abs() < 1e-5 && values[0] < 1.9);
     }
 }
