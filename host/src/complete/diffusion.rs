@@ -46,19 +46,23 @@ pub fn diffuse(
     let hold = |i: usize| if unsettled[i] { 0.0 } else { HOLD };
     let free: Vec<usize> = (0..fitted.len()).filter(|&i| !fitted[i].is_nan() && !measured[i]).collect();
     let directions: Vec<[f32; 3]> = (0..fitted.len()).into_par_iter().map(|i| global.direction(i)).collect();
+    let way = |i: usize, near: Option<usize>| match near.filter(|&j| !fitted[j].is_nan()) {
+        Some(j) => (j, conductance(&directions[i], &directions[j])),
+        None => (i, 0.0),
+    };
+    let ways = |&i: &usize| local.beside(i).map(|near| way(i, near));
+    let ways: Vec<[(usize, f32); 6]> = free.par_iter().map(ways).collect();
     let mut deviations = fitted.clone();
     for _ in 0..ROUNDS {
-        let next = |&i: &usize| {
-            let near = local.neighbours(i).filter(|&j| !deviations[j].is_nan());
-            let (sum, share) = near.fold((0.0, 0.0), |(sum, share), j| {
-                let c = conductance(&directions[i], &directions[j]);
-                (sum + c * deviations[j], share + c)
-            });
+        let next = |(&i, ways): (&usize, &[(usize, f32); 6])| {
+            let sums =
+                |(sum, share): (f32, f32), &(j, c): &(usize, f32)| (sum + c * deviations[j], share + c);
+            let (sum, share) = ways.iter().fold((0.0, 0.0), sums);
             let (held, along) = (6.0 * hold(i), 1.0 - hold(i));
             let whole = held + along * share;
             if whole > 0.0 { (held * fitted[i] + along * sum) / whole } else { fitted[i] }
         };
-        let next: Vec<f32> = free.par_iter().map(next).collect();
+        let next: Vec<f32> = free.par_iter().zip(&ways).map(next).collect();
         free.iter().zip(next).for_each(|(&i, deviation)| deviations[i] = deviation);
     }
     free.iter().for_each(|&i| local.values[i] = global.values[i] + deviations[i]);

@@ -108,23 +108,29 @@ impl Dense {
         (z * self.sides[1] + y) * self.sides[0] + x
     }
 
-    /// The voxels before and behind one along an axis, where the grid has them.
-    pub fn beside(&self, i: usize, axis: usize) -> [Option<usize>; 2] {
-        let step = [1, self.sides[0], self.sides[0] * self.sides[1]][axis];
-        let at = i / step % self.sides[axis];
-        [(at > 0).then(|| i - step), (at + 1 < self.sides[axis]).then(|| i + step)]
+    /// The voxels before and behind one along x, y and z, where the grid has them.
+    pub fn beside(&self, i: usize) -> [Option<usize>; 6] {
+        let steps = [1, self.sides[0], self.sides[0] * self.sides[1]];
+        let mut near = [None; 6];
+        for (axis, pair) in near.as_chunks_mut::<2>().0.iter_mut().enumerate() {
+            let at = i / steps[axis] % self.sides[axis];
+            let ahead = at + 1 < self.sides[axis];
+            *pair = [(at > 0).then(|| i - steps[axis]), ahead.then(|| i + steps[axis])];
+        }
+        near
     }
 
     /// The voxels that share a face with one.
     pub fn neighbours(&self, i: usize) -> impl Iterator<Item = usize> {
-        [0, 1, 2].map(|axis| self.beside(i, axis)).into_iter().flatten().flatten()
+        self.beside(i).into_iter().flatten()
     }
 
     /// Direction in which the distance grows, of unit length unless it grows slowly; zero where it is unknown.
     pub fn direction(&self, i: usize) -> [f32; 3] {
         let own = self.values[i];
+        let near = self.beside(i).map(|near| near.map_or(f32::NAN, |j| self.values[j]));
         let along = |axis: usize| {
-            let [before, behind] = self.beside(i, axis).map(|near| near.map_or(f32::NAN, |j| self.values[j]));
+            let (before, behind) = (near[2 * axis], near[2 * axis + 1]);
             match (before.is_nan(), behind.is_nan()) {
                 (false, false) => (behind - before) / 2.0,
                 (false, true) => own - before,
