@@ -111,7 +111,7 @@ pub fn fit(
     method: &Method,
 ) -> Result<Fields, Error> {
     let passes = passes(model, method);
-    let (reach, points) = (Reach::of(model), points.packed());
+    let (reach, points) = (reach(model, method), points.packed());
     let settings_of = |schedule| completion::Settings { reach, rounds: &[], schedule };
     let schedule = |passes| Schedule { stride: model.header().stride, momentum: 0, passes };
     if method.is_the_cores() {
@@ -133,6 +133,16 @@ pub fn fit(
         }
     };
     Ok(Fields { global: stored(&file.mask, &file.synthesise(&weights)), local: stored(&file.mask, &fitted) })
+}
+
+/// The model's reach; a field of one weight vector a voxel is held by the hull alone, which then holds a cell behind the
+/// surface as well.
+fn reach(model: &Model<'_>, method: &Method) -> Reach {
+    let reach = Reach::of(model);
+    match method.smooth {
+        Smooth::Update => reach,
+        Smooth::Field => Reach { behind: reach.behind.max(256).min(reach.front), ..reach },
+    }
 }
 
 fn global_weights(file: &Reference, model: &Model<'_>, hull: &Hull, method: &Method) -> Vec<f64> {
