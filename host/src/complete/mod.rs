@@ -233,8 +233,8 @@ fn with_pieces(
     Ok((scan, measured, start))
 }
 
-/// The local fit's distances without what did not settle, with the volume that the scan leaves undecided, and the scan's
-/// own distances beyond what the model stores; `voxels` are the scan's points.
+/// The local fit's distances: without what did not settle, with the volume to be expected where nobody looked, and the
+/// scan's own beyond what the model stores; `voxels` are the scan's points.
 fn drawn_to_scan(
     model: &Model<'_>,
     (mut local, global): (Dense, &Dense),

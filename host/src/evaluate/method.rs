@@ -82,9 +82,9 @@ impl Method {
         ]
     }
 
-    /// The stride a model has to be made with; a field of one weight vector a voxel needs no nodes.
+    /// The stride a model has to be made with; a smoothed field has a weight vector at every voxel.
     pub fn model_stride(&self) -> Option<u8> {
-        if self.smooth == Smooth::Field { None } else { self.stride }
+        if self.smooth == Smooth::Field { Some(1) } else { self.stride }
     }
 
     fn is_the_cores(&self) -> bool {
@@ -111,7 +111,7 @@ pub fn fit(
     method: &Method,
 ) -> Result<Fields, Error> {
     let passes = passes(model, method);
-    let (reach, points) = (reach(model, method), points.packed());
+    let (reach, points) = (Reach::of(model), points.packed());
     let settings_of = |schedule| completion::Settings { reach, rounds: &[], schedule };
     let schedule = |passes| Schedule { stride: model.header().stride, momentum: 0, passes };
     if method.is_the_cores() {
@@ -133,16 +133,6 @@ pub fn fit(
         }
     };
     Ok(Fields { global: stored(&file.mask, &file.synthesise(&weights)), local: stored(&file.mask, &fitted) })
-}
-
-/// The model's reach; a field of one weight vector a voxel is held by the hull alone, which then holds a cell behind the
-/// surface as well.
-fn reach(model: &Model<'_>, method: &Method) -> Reach {
-    let reach = Reach::of(model);
-    match method.smooth {
-        Smooth::Update => reach,
-        Smooth::Field => Reach { behind: reach.behind.max(256).min(reach.front), ..reach },
-    }
 }
 
 fn global_weights(file: &Reference, model: &Model<'_>, hull: &Hull, method: &Method) -> Vec<f64> {

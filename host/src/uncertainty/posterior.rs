@@ -82,6 +82,7 @@ impl<'a> Posterior<'a> {
         Some(deviation * steepness(gradient))
     }
 
+    /// [`Self::at`], and the cube around the place.
     fn with_cube(&self, q: [f32; 3]) -> Option<(f32, Cube<'_, '_>)> {
         let (mut row, mut cube) = ([0; MOST], self.rows.cube());
         let (_, weight) = self.rows.fill(q, &mut cube, &mut row)?;
@@ -134,4 +135,41 @@ fn add_patch(rows: &Rows<'_>, patch: &[[f32; 3]], modes: usize, own: f32, matrix
         }
     }
     total
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::verify::{Case, decode};
+
+    /// Deviations of the distances of stored voxels after `points`, with the voxels' numbers.
+    fn deviations(case: &Case, model: &Model<'_>, points: &OrientedPoints) -> Vec<(usize, f64)> {
+        let posterior =
+            Posterior::new(model, points, &case.pose, &vec![0.0; model.modes()], false).expect("a posterior");
+        let [width, height, _] = model.grid().sides().map(usize::from);
+        let stored = decode::model(model).mask;
+        let place = |i: usize| [i % width, i / width % height, i / width / height].map(|v| v as f32);
+        // The last voxel of a row has no cube beside it.
+        let known = |i: usize| Some((i, f64::from(posterior.of_distance(place(i))?)));
+        (0..stored.len()).filter(|&i| stored[i]).filter_map(known).collect()
+    }
+
+    #[test]
+    fn distances_deviate_as_the_modes_do_and_less_the_more_is_measured() {
+        let case = Case::small().expect("a case");
+        let model = Model::from_bytes(&case.model).expect("a model");
+        let modes = decode::model(&model).whitened();
+        let prior = |i: usize| modes.iter().map(|mode| mode[i] * mode[i]).sum::<f64>().sqrt();
+        let one = OrientedPoints {
+            points: case.points.points[..1].to_vec(),
+            normals: case.points.normals[..1].to_vec(),
+        };
+        let (little, much) = (deviations(&case, &model, &one), deviations(&case, &model, &case.points));
+        assert!(little.len() > 1000 && little.len() == much.len());
+        let mean =
+            |all: &[(usize, f64)]| all.iter().map(|&(i, d)| d / prior(i)).sum::<f64>() / all.len() as f64;
+        // Rows are integers: a hundredth is their rounding.
+        assert!(little.iter().all(|&(i, d)| d < 1.01 * prior(i) + 0.01));
+        assert!(mean(&little) > 0.8 && mean(&much) < 0.5, "{} {}", mean(&little), mean(&much));
+    }
 }
