@@ -22,10 +22,11 @@ use rayon::prelude::*;
 /// A voxel this near to a point is measured, voxels. (0.5, 0.7, 0.9, 1.2 on the nine scans of faces: seen part 0.34,
 /// 0.25, 0.23, 0.23 mm, missing part 2.31 to 2.32.)
 const NEAR: f64 = 0.9;
-/// The fitted deviation's share h: a membrane a voxel long.
-const HOLD: f32 = 0.2;
-/// Jacobi iterations: what is left of a wave of δ after them is less than (1 - h)^20, a hundredth.
-const ROUNDS: usize = 20;
+/// The fitted deviation's share h: a membrane two voxels long. (0.05, 0.1, 0.2: missing part of three stitched scans 1.24,
+/// 1.21, 1.21 mm, but with 0.1 and more a head of ten thousand vertices, whose points are two voxels apart, keeps pits.)
+const HOLD: f32 = 0.05;
+/// Jacobi iterations: what is left of a wave of δ after them is less than (1 - h)^40, an eighth.
+const ROUNDS: usize = 40;
 
 /// Diffuses the deviation of `local` from `global` out of the measured voxels; `points` are the scan's, in voxels.
 /// `scan` tells its own distance at a voxel, where it has one; where the fit did not settle, which a node spreads over
@@ -100,10 +101,9 @@ mod tests {
         let deviations: Vec<f32> =
             (8..N - 1).map(|x| local.values[at(x, 12)] - global.values[at(x, 12)]).collect();
         let steps = deviations.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f32::max);
-        // They were steps of a whole voxel.
-        assert!(steps < 0.3, "{deviations:?}");
+        assert!(steps < 0.2, "{deviations:?}");
         // The measured half a voxel fades within a few voxels into the fitted mean, which is zero.
-        assert!(deviations[0] > 0.2 && deviations[14].abs() < 0.1, "{deviations:?}");
+        assert!(deviations[0] > 0.25 && deviations[14].abs() < 0.15, "{deviations:?}");
     }
 
     #[test]
