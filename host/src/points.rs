@@ -82,11 +82,14 @@ struct Cluster {
 
 type Key = [i64; 3];
 
-/// Thins a mesh or an oriented cloud to one point per occupied cube of edge `cell`, in a fixed order.
-/// Surfaces that face away from each other within a cube stay apart.
-pub fn thin(mesh: &Mesh, cell: f64) -> OrientedPoints {
+/// Thins what `keep` says yes to of a mesh or an oriented cloud to one point per occupied cube of edge `cell`, in a fixed
+/// order. Surfaces that face away from each other within a cube stay apart.
+pub fn thin_kept(mesh: &Mesh, cell: f64, keep: impl Fn(&Point) -> bool) -> OrientedPoints {
     let mut clusters: FxHashMap<(Key, u8), Cluster> = FxHashMap::default();
     let mut add = |position: Vector, normal: Vector, area: f64| {
+        if !keep(&Point::from(position)) {
+            return;
+        }
         let key = position.map(|c| (c / cell).floor() as i64).into();
         let start = Cluster { position: Vector::zeros(), normal: Vector::zeros(), area: 0.0 };
         let cluster = clusters.entry((key, facing(&normal))).or_insert(start);
@@ -106,13 +109,18 @@ pub fn thin(mesh: &Mesh, cell: f64) -> OrientedPoints {
     smoothed(&merged)
 }
 
-/// Thins as [`thin`] does, with the first cell from `cell` on that leaves at most `most` points.
+/// Thins all of a mesh or an oriented cloud as [`thin_kept`] does.
+pub fn thin(mesh: &Mesh, cell: f64) -> OrientedPoints {
+    thin_kept(mesh, cell, |_| true)
+}
+
+/// Thins as [`thin_kept`] does, with the first cell from `cell` on that leaves at most `most` points.
 ///
 /// n points in cubes of edge c cover an area of n c², so the next cell is c √(n / most), and 2 % longer at least.
-pub fn thin_to(mesh: &Mesh, mut cell: f64, most: usize) -> OrientedPoints {
+pub fn thin_to(mesh: &Mesh, mut cell: f64, most: usize, keep: impl Fn(&Point) -> bool) -> OrientedPoints {
     const GROWTH: f64 = 1.02;
     loop {
-        let thinned = thin(mesh, cell);
+        let thinned = thin_kept(mesh, cell, &keep);
         let excess = thinned.points.len() as f64 / most as f64;
         // Cubes without an end hold few points; without a length, none.
         if excess <= 1.0 || !cell.is_normal() {
@@ -217,10 +225,10 @@ mod tests {
     fn a_cloud_with_room_is_thinned_as_before_and_one_without_just_fits() {
         let sheet = sheet(0.5, true);
         let plain = thin(&sheet, 0.1);
-        let same = thin_to(&sheet, 0.1, plain.points.len());
+        let same = thin_to(&sheet, 0.1, plain.points.len(), |_| true);
         assert_eq!((same.points, same.normals), (plain.points.clone(), plain.normals));
         for most in [9000, 5000, 1000, 100] {
-            let count = thin_to(&sheet, 0.1, most).points.len();
+            let count = thin_to(&sheet, 0.1, most, |_| true).points.len();
             assert!(count <= most && count > most * 7 / 10, "{count} of {most}");
         }
     }

@@ -4,8 +4,9 @@ use super::inputs::{self, Subject};
 use super::{Common, Failure, say};
 use crate::check::alternatives;
 use crate::complete::clean::clean;
-use crate::complete::thinned;
+use crate::complete::start::thinned;
 use crate::{io, register};
+use lacuna::pose_fit;
 use std::path::PathBuf;
 
 /// Find the pose of a scan in a model's frame.
@@ -53,8 +54,8 @@ impl Register {
             .map_err(|error| self.subject.named(&error))?;
         let seconds = start.elapsed().as_secs_f64();
         if let Some(path) = &self.pack {
-            let (rough, points) = thinned(&scan, &found.placed);
-            let bytes = points.packed().to_bytes(&rough.pose, false);
+            let thinned = thinned(&model, &scan, &found.placed, pose_fit::Hint::Rough);
+            let bytes = thinned.points.packed().to_bytes(&thinned.rough.pose, false);
             io::atomic::write(path, |file| file.write_all(&bytes))?;
         }
         let advice = if found.inliers < DOUBTFUL {

@@ -1,6 +1,7 @@
 //! A depth image as a scanner sends it: the core makes the points, row by row, with no mesh in between.
 
-use super::{Error, HULL_CELL, Options, Start, place};
+use super::start::{CELL, Start, place};
+use super::{Error, Options};
 use crate::io::depth::DepthView;
 use crate::mesh::{Mesh, Point, Vector};
 use crate::points::{OrientedPoints, PackedPoints};
@@ -90,7 +91,7 @@ impl DepthImage {
         let low = scan.points.iter().fold(Vector::repeat(f64::MAX), |low, p| low.inf(&p.coords));
         let high = scan.points.iter().fold(Vector::repeat(f64::MIN), |high, p| high.sup(&p.coords));
         let (centre, extent) = (Point::from((low + high) / 2.0), (high - low).amax() / 2.0);
-        let (step, cell) = (step_for(extent as f32), HULL_CELL / f64::from(hint.pose.scale));
+        let (step, cell) = (step_for(extent as f32), CELL / f64::from(hint.pose.scale));
         Ok((hint.about(centre), self.packed(&centre, step, cell)?))
     }
 
@@ -147,7 +148,7 @@ pub fn start(
     let (known, hint, runner_up) = place(model, scan, options)?;
     let (rough, depth) = image.placed(scan, &known).map_err(Error::Fit)?;
     let points = unpacked(&depth.packed).map_err(Error::Fit)?;
-    Ok(Start { points, rough, hint, runner_up, depth: Some(depth) })
+    Ok(Start { points, elsewhere: 0.0, rough, hint, runner_up, depth: Some(depth) })
 }
 
 fn unpacked(packed: &PackedPoints) -> Result<OrientedPoints, lacuna::Error> {

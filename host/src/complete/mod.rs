@@ -11,13 +11,14 @@ pub mod level;
 pub mod merge;
 pub mod picture;
 pub mod pieces;
+pub mod start;
 pub mod unsettled;
 pub mod verdict;
 
 use crate::fit::{Fit, fit};
 use crate::mesh::{Mesh, Point};
-use crate::points::{OrientedPoints, PackedPoints, thin_to};
-use crate::register::{self, Placed, centred};
+use crate::points::OrientedPoints;
+use crate::register::{self, Placed};
 use crate::sentence::sentence;
 use crate::surface::fair;
 use crate::train::distance::Surface;
@@ -28,15 +29,13 @@ use crate::uncertainty::spread::{Spread, spread};
 use crate::uncertainty::{Expected, Share, shares};
 use clean::Cleaned;
 use clutter::{APART, Clutter};
-use depth_rows::DepthScan;
 use fuse::Dense;
-use lacuna::cloud::CAPACITY;
 use lacuna::completion::Settings;
 use lacuna::corners::Weights;
 use lacuna::cube::Cube;
-use lacuna::pose_fit;
 use lacuna::{Arithmetic, Model, Reach, Schedule, Standing};
 use merge::{Limits, MEASURED, Merged};
+pub use start::{Hint, Start, start};
 use verdict::{Grade, Verdict};
 
 /// What a user can choose.
@@ -50,17 +49,6 @@ pub struct Options<'a> {
     pub schedule: Schedule<'a>,
     /// How much finer than the model's grid the surface is extracted.
     pub finer: usize,
-}
-
-/// What is known of the pose beforehand.
-#[derive(Clone, Copy, Debug)]
-pub enum Hint {
-    /// Nothing.
-    None,
-    /// Roughly: refined from there.
-    Rough(Placed),
-    /// Exactly, in the frame of the training shapes.
-    Exact(Placed),
 }
 
 /// A completed scan. All meshes are in the scan's frame.
@@ -108,8 +96,6 @@ pub enum Error {
     NoSurface(&'static str),
 }
 
-/// Hull points are this far apart, voxels; further where the scan would have more than [`CAPACITY`] of them.
-const HULL_CELL: f64 = 0.5;
 /// Farthest motion of the fitted surface onto the scan, class millimetres.
 const MOTION: f64 = 4.0;
 /// Largest step at the seam, class millimetres.
@@ -228,7 +214,7 @@ fn with_pieces(
     let measured = scan_surface(&scan, model)?;
     // The points of a depth image are not those of its mesh, and have all pieces.
     if start.depth.is_none() {
-        (start.rough, start.points) = thinned(&scan, &start.rough);
+        start.thin(model, &scan);
     }
     Ok((scan, measured, start))
 }
@@ -287,60 +273,6 @@ fn surfels(points: &OrientedPoints, size: f64) -> Mesh {
         mesh.triangles.push([first, first + 1, first + 2]);
     }
     mesh
-}
-
-/// What the core's completion starts from.
-pub struct Start {
-    /// Thinned points, centred.
-    pub points: OrientedPoints,
-    /// Where the scan lies roughly, with the points' centre.
-    pub rough: Placed,
-    /// How well that is known.
-    pub hint: pose_fit::Hint,
-    /// Inlier share of the next best pose that was tried.
-    pub runner_up: f64,
-    /// The depth image that the points come from, if they do.
-    pub depth: Option<DepthScan>,
-}
-
-impl Start {
-    /// The points as the core takes them.
-    pub fn packed(&self) -> PackedPoints {
-        self.depth.as_ref().map_or_else(|| self.points.packed(), |depth| depth.packed.clone())
-    }
-}
-
-/// Thins the scan in the pose that is given or found.
-///
-/// # Errors
-/// A scan that does not fit the model.
-pub fn start(model: &Model<'_>, scan: &Mesh, options: &Options<'_>) -> Result<Start, Error> {
-    let (known, hint, runner_up) = place(model, scan, options)?;
-    let (rough, points) = thinned(scan, &known);
-    Ok(Start { points, rough, hint, runner_up, depth: None })
-}
-
-/// The pose that is given or found, how well it is known, and the inlier share of the next best.
-fn place(
-    model: &Model<'_>,
-    scan: &Mesh,
-    options: &Options<'_>,
-) -> Result<(Placed, pose_fit::Hint, f64), Error> {
-    Ok(match options.hint {
-        Hint::None => {
-            let found = register::register(model, scan, options.seed)?;
-            (found.placed, pose_fit::Hint::Rough, found.runner_up)
-        }
-        Hint::Rough(hint) => (hint, pose_fit::Hint::Rough, 0.0),
-        Hint::Exact(hint) => (hint, pose_fit::Hint::Exact, 0.0),
-    })
-}
-
-/// The scan thinned for a pose and centred, and the pose for these points.
-pub fn thinned(scan: &Mesh, hint: &Placed) -> (Placed, OrientedPoints) {
-    let cell = HULL_CELL / f64::from(hint.pose.scale);
-    let (centre, points) = centred(&thin_to(scan, cell, CAPACITY));
-    (hint.about(centre), points)
 }
 
 /// The points that the core did not leave out.
@@ -416,19 +348,20 @@ fn judge(
         inferred +=
             area * corners.iter().filter(|&&v| merged.labels[v as usize] != MEASURED).count() as f64 / 3.0;
     }
+    let used = 1.0 - start.elsewhere;
     let squares: f64 = fit.global.iter().map(|w| w * w).sum();
     Verdict {
         grade: Grade::Good,
         reasons: Vec::new(),
         inlier_share: agreement.inliers,
-        outside_share: agreement.outside,
+        outside_share: 1.0 - used * (1.0 - agreement.outside),
         seen_rms: agreement.rms / f64::from(placed.pose.scale),
         inferred_share: inferred / f64::max(total, f64::MIN_POSITIVE),
         inferred_area: inferred,
         weight_norm: (squares / fit.global.len().max(1) as f64).sqrt(),
         scale: 1.0 / (f64::from(placed.pose.scale) * f64::from(model.header().spacing)),
         pose_inliers: [
-            f64::from(fit.outcome.inliers) / start.points.points.len().max(1) as f64,
+            used * f64::from(fit.outcome.inliers) / start.points.points.len().max(1) as f64,
             start.runner_up,
         ],
         spread,

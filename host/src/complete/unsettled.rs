@@ -14,10 +14,12 @@ const MISS: f32 = 0.5;
 /// How far the scan's distance may be from the global fit's to be taken, voxels: farther off it may be something else
 /// (a collar), and the surface would tear on its way there.
 const FAR: f32 = 1.5;
+/// Most by which distances of voxels with a common face may differ, voxels: by one, and rounding.
+const STEEPEST: f32 = 1.1;
 
 /// Marks the voxels at most `reach` steps along each axis off a measured one at which `local` misses `scan`, the scan's
 /// own distance at a voxel where it has one. Measured voxels among them take that distance; those without it, or far
-/// off the `global` fit, are no longer measured.
+/// off the `global` fit, are no longer measured. A distance that those beside it contradict tells nothing.
 pub fn unsettled(
     local: &mut Dense,
     global: &Dense,
@@ -25,21 +27,37 @@ pub fn unsettled(
     reach: usize,
     scan: impl Fn(usize) -> Option<f32> + Sync,
 ) -> Vec<bool> {
-    let misses = |i: usize, distance: f32| {
-        (local.values[i] - distance).abs() > (global.values[i] - distance).abs() + MISS
-    };
-    let missed = |&i: &usize| measured[i] && scan(i).is_some_and(|distance| misses(i, distance));
+    let sound = |i: usize| scan(i).filter(|own| !contradicted(*own, local.neighbours(i).filter_map(&scan)));
+    let misses = |i: usize, own: f32| (local.values[i] - own).abs() > (global.values[i] - own).abs() + MISS;
+    // The closest points around a voxel are asked for last, and only where it matters.
+    let missed = |&i: &usize| measured[i] && scan(i).is_some_and(|own| misses(i, own)) && sound(i).is_some();
     let missed: Vec<usize> = (0..measured.len()).into_par_iter().filter(missed).collect();
     let places: Vec<Point> =
         missed.into_iter().map(|i| Point::from(Vector::from(local.voxel(i).map(|v| v as f64)))).collect();
     let around = local.mark(&places, reach, |_, _| true);
-    for i in (0..around.len()).filter(|&i| around[i]) {
-        let own = if measured[i] { scan(i) } else { None };
-        let own = own.filter(|own| (own - global.values[i]).abs() <= FAR);
+    let near = |own: &f32, i: usize| (own - global.values[i]).abs() <= FAR;
+    let taken = |i: usize| match (scan(i), sound(i)) {
+        (Some(_), None) => Some(local.values[i]),
+        (_, own) => own.filter(|own| near(own, i)),
+    };
+    let taken: Vec<(usize, Option<f32>)> =
+        (0..around.len()).filter(|&i| around[i] && measured[i]).map(|i| (i, taken(i))).collect();
+    for (i, own) in taken {
         measured[i] = own.is_some();
         local.values[i] = own.unwrap_or(local.values[i]);
     }
     around
+}
+
+/// Whether a scan's distance is another than most of those beside it allow: where triangles are folded over, the nearest one
+/// may face the wrong way, and the distance has the wrong sign.
+fn contradicted(own: f32, beside: impl Iterator<Item = f32>) -> bool {
+    let (mut against, mut all) = (0, 0);
+    for other in beside {
+        against += usize::from((own - other).abs() > STEEPEST);
+        all += 1;
+    }
+    2 * against > all
 }
 
 #[cfg(test)]
@@ -60,7 +78,7 @@ mod tests {
         // Beside the miss the scan ends on one side, and is something else on the other.
         let own = |i: usize| match i {
             _ if i == miss + 1 => None,
-            _ if i == miss - 1 => Some(height(i) + 3.0),
+            _ if i % N < 8 => Some(height(i) + 3.0),
             _ => Some(height(i)),
         };
         let around = unsettled(&mut fit, &global, &mut measured, 2, own);
@@ -70,6 +88,27 @@ mod tests {
         assert_eq!(fit.values[miss - 1], before[miss - 1]);
         let untouched = |&i: &usize| !around[i] || height(i).abs() > 1.0;
         assert!((0..N * N * N).filter(untouched).all(|i| fit.values[i] == before[i]));
+    }
+
+    #[test]
+    fn a_distance_of_the_wrong_sign_is_no_miss_and_is_not_taken() {
+        let height = |i: usize| (i / N / N) as f32 - 7.5;
+        let folded = 9 * N * N + 8 * N + 8;
+        let own = |i: usize| Some(if i == folded { -height(i) } else { height(i) });
+        let fields = || {
+            let local = Dense { sides: [N; 3], values: (0..N * N * N).map(|i| height(i) + 0.2).collect() };
+            let global = Dense { sides: [N; 3], values: (0..N * N * N).map(|i| height(i) - 0.8).collect() };
+            let measured: Vec<bool> = (0..N * N * N).map(|i| height(i).abs() < 2.0).collect();
+            (local, global, measured)
+        };
+        let (mut local, global, mut measured) = fields();
+        assert!(!unsettled(&mut local, &global, &mut measured, 2, own).contains(&true));
+        // Next to a real miss it stays as it was fitted, and measured.
+        let (mut local, global, mut measured) = fields();
+        local.values[folded - 1] = -9.0;
+        assert!(unsettled(&mut local, &global, &mut measured, 2, own)[folded]);
+        assert_eq!((local.values[folded - 1], local.values[folded]), (1.5, 1.7));
+        assert!(measured[folded]);
     }
 
     #[test]

@@ -24,8 +24,8 @@ pub struct Verdict {
     pub reasons: Vec<String>,
     /// Share of the scan's points within two class millimetres of the fitted surface, of those near it.
     pub inlier_share: f64,
-    /// Share of the points that the fit used which lie where the model stores nothing. What was left out before,
-    /// by area, is the clutter's.
+    /// Share of the scan's points that lie where the model stores nothing. What was left out of the completed mesh, by area,
+    /// is the clutter's.
     pub outside_share: f64,
     /// Root mean square distance of those points from the fitted surface before it is moved onto the scan.
     pub seen_rms: f64,
