@@ -1,8 +1,11 @@
-//! What the eye takes offence at in a completed mesh, in numbers: crumpled inferred parts and ragged rims.
+//! What the eye takes offence at in a completed mesh, in numbers: crumpled inferred parts, ragged rims, and pits and teeth
+//! where it was measured.
 
 use lacuna_host::complete::merge::{INFERRED, Merged};
 use lacuna_host::mesh::{Mesh, Point, Vector};
-use lacuna_host::surface::{Edges, open_curves};
+use lacuna_host::surface::{Edges, boundary_edges, open_curves, path_lengths};
+use lacuna_host::train::distance::Surface;
+use std::ops::Range;
 
 /// The angle in degrees that 99 % of the edges between two inferred vertices do not bend by.
 pub fn sharpest_bend(merged: &Merged) -> f64 {
@@ -41,6 +44,23 @@ pub fn rim_roughness(mesh: &Mesh, width: f64) -> f64 {
         places = (0..count).map(smooth).collect();
     }
     rough / length(&places)
+}
+
+/// Area of the scan at distances within `off` from the completed mesh: more than a fraction of a millimetre off, what was
+/// measured has become a pit or a tooth; much farther off it is something else. What is nearest to the rim of the mesh does
+/// not count, and neither does the scan's ragged border, `border` wide. In the scan's unit squared.
+pub fn missed(scan: &Mesh, completed: &Mesh, off: Range<f64>, border: f64) -> f64 {
+    let surface = Surface::new(completed).expect("a surface");
+    let ends: Vec<u32> = boundary_edges(scan).into_flattened();
+    let inside = path_lengths(scan, &ends);
+    let area = |t: usize| {
+        let [a, b, c] = scan.corners(t);
+        let found = surface.distance(&Point::from((a.coords + b.coords + c.coords) / 3.0), off.end);
+        let counts = found.is_some_and(|d| d.value.abs() >= off.start && !d.on_border);
+        if counts { (b - a).cross(&(c - a)).norm() / 2.0 } else { 0.0 }
+    };
+    let inner = |t: &usize| scan.triangles[*t].iter().all(|&v| inside[v as usize] > border);
+    (0..scan.triangles.len()).filter(inner).map(area).sum()
 }
 
 /// Length of a closed curve.
@@ -83,6 +103,18 @@ mod tests {
         };
         assert!(sharpest_bend(&merged(0.0)) < 1e-3);
         assert!(sharpest_bend(&merged(0.5)) > 40.0);
+    }
+
+    #[test]
+    fn a_pit_misses_what_was_measured_and_the_rim_does_not_count() {
+        let (scan, mut pitted) = (sheet(0.0, 0.0), sheet(0.0, 0.0));
+        assert_eq!(missed(&scan, &pitted, 0.0..3.0, 0.5), 28.0 * 28.0);
+        assert_eq!(missed(&scan, &pitted, 0.2..3.0, 0.5), 0.0);
+        pitted.points[15 * 31 + 15].z = -2.0;
+        let pit = missed(&scan, &pitted, 0.2..3.0, 0.5);
+        assert!((2.0..=3.0).contains(&pit), "{pit}");
+        pitted.points.iter_mut().for_each(|p| p.z -= 5.0);
+        assert_eq!(missed(&scan, &pitted, 0.2..3.0, 0.5), 0.0);
     }
 
     #[test]

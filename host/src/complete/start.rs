@@ -3,7 +3,7 @@
 use super::depth_rows::DepthScan;
 use super::{Error, Options};
 use crate::mesh::{Mesh, Point};
-use crate::points::{OrientedPoints, PackedPoints, thin, thin_to};
+use crate::points::{OrientedPoints, PackedPoints, thin_scan, thin_to};
 use crate::register::{Placed, centred, refine_hint, register};
 use lacuna::cloud::CAPACITY;
 use lacuna::{Model, pose_fit, sample};
@@ -91,7 +91,7 @@ pub struct Thinned {
 /// nothing (shoulders, hair) go first: the fit has no use for them, and the others lie closer together.
 pub fn thinned(model: &Model<'_>, scan: &Mesh, known: &Placed, hint: pose_fit::Hint) -> Thinned {
     let cell = CELL / f64::from(known.pose.scale);
-    let all = thin(scan, cell);
+    let all = thin_scan(scan, cell, |_| true);
     let whole = all.points.len();
     let (points, elsewhere) = if whole <= CAPACITY {
         (all, 0.0)
