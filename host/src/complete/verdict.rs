@@ -1,5 +1,6 @@
 //! Whether a completion can be trusted, in numbers and in a word.
 
+use crate::register::rank::SIZES;
 use crate::uncertainty::spread::Spread;
 use serde::Serialize;
 
@@ -46,12 +47,17 @@ pub struct Verdict {
 }
 
 /// Least share of the points near the model that a pose must explain. Nine scans of faces: 0.93 to 0.99, a raw
-/// photogrammetry scan with hair and collar: 0.87; ellipsoid 0.65, sphere 0.63, half a sphere 0.33.
+/// photogrammetry scan with hair and collar: 0.81, eight parts of it 0.80 to 0.90, its shoulders and hair alone 0.53 and 0.66;
+/// ellipsoid 0.50, sphere 0.40, half a sphere 0.56.
 const LEAST_EXPLAINED: f64 = 0.72;
+/// Least share of a whole scan that a pose explains without a word, and at all: half a head with shoulders 0.26 to 0.36.
+const SCENE: f64 = 0.25;
+const LEAST_POSE: f64 = 0.1;
+/// A pose that explains less of a scan than the first, and not so much more than another one, may be any. The other one
+/// explains 0.56 to 0.88 of what the right one does on eight parts of a raw head with shoulders.
+const AMBIGUOUS: [f64; 2] = [0.6, 0.9];
 /// Beyond this share of inferred surface little was seen: 0.65 at most in the nine scans, 0.87 for a patch of 40 mm.
 const MOST_INFERRED: f64 = 0.86;
-/// Scales of a scan in the model's unit that the search can find (25 % either way) with some room.
-const SCALES: std::ops::Range<f64> = 0.66..1.5;
 
 /// Deviation of the surface beyond which what was not seen is hardly known, class millimetres. Nine scans of faces:
 /// 2.3 to 2.7 at a missing part's rms of 3.0 mm at most; six heads from the front 1.5 to 1.6, from the side 2.0 to 2.2 at
@@ -80,12 +86,12 @@ impl Verdict {
         // Points that are no clutter, near the model or not, and what of them the pose explains.
         let explained = pose / f64::max(1.0 - self.outside_share, f64::MIN_POSITIVE);
         find(
-            pose < 0.25,
-            Grade::Reject,
+            pose < SCENE,
+            if pose < LEAST_POSE { Grade::Reject } else { Grade::Check },
             format!("the best pose explains only {} of the scan: another kind of object?", percent(pose)),
         );
         find(
-            pose >= 0.25 && explained < LEAST_EXPLAINED,
+            explained < LEAST_EXPLAINED,
             Grade::Reject,
             format!(
                 "the best pose explains only {} of the scan near the model: another kind of object?",
@@ -93,8 +99,8 @@ impl Verdict {
             ),
         );
         find(
-            pose < 0.6 && runner_up > 0.7 * pose,
-            Grade::Reject,
+            pose < AMBIGUOUS[0] && runner_up > AMBIGUOUS[1] * pose,
+            Grade::Check,
             format!("another pose explains {} as well as this one {}", percent(runner_up), percent(pose)),
         );
         find(
@@ -140,7 +146,7 @@ impl Verdict {
             format!("half of what was not seen is expected to be off by {vague:.1} or more"),
         );
         let odd_scale = !(0.75..1.34).contains(&self.scale);
-        let impossible = !SCALES.contains(&self.scale);
+        let impossible = !SIZES.contains(&self.scale);
         find(
             odd_scale,
             if impossible { Grade::Reject } else { Grade::Check },

@@ -68,7 +68,8 @@ pub(super) fn refine(
     let (pose, _, weights) = PoseFit::new(model, packed.cloud()?, usize::MAX, pose, rounds, buffers)?.run();
     let inliers = inlier_share(model, packed.cloud()?, &pose, &Weights::new(weights));
     let factor = f64::from(pose.scale) * f64::from(model.header().spacing);
-    Ok(Scored { pose, explained: inliers * factor.sqrt(), inliers, shape: weights.to_vec() })
+    let (size, shape) = (1.0 / factor, weights.to_vec());
+    Ok(Scored { pose, explained: inliers * factor.sqrt(), inliers, size, shape })
 }
 
 /// Share of points that lie on the fitted surface and face its way.

@@ -20,7 +20,7 @@ use field::Field;
 use joint::{refine, refined, settled};
 use lacuna::pose_fit::Round;
 use lacuna::{Model, Pose};
-use rank::{Scored, convincing, next_best};
+use rank::{Scored, convincing, finals, next_best, possible};
 use rayon::prelude::*;
 use search::Search;
 
@@ -126,7 +126,7 @@ pub fn centred(points: &OrientedPoints) -> (Point, OrientedPoints) {
 const JOINT: usize = 8;
 /// Pairs drawn for each scale of the search: at first, and if that does not convince.
 const DRAWS: [usize; 2] = [300, 1500];
-/// Candidates that are refined with many points.
+/// Candidates that are refined with many points, for what is best with few need not be with many; and the next best.
 const FINALS: usize = 3;
 
 /// Finds the pose of a scan.
@@ -150,13 +150,14 @@ pub fn register(model: &Model<'_>, scan: &Mesh, seed: u64) -> Result<Registratio
             break;
         }
     }
-    // What is best with few points need not be with many, for poses that are close together.
+    let [finals, rest] = finals(&field, possible(ranked), FINALS);
     let finals: Result<Vec<Scored>, _> =
-        ranked.par_iter().take(FINALS).map(|other| settled(model, &field, &points, other.pose)).collect();
-    let best =
-        finals?.into_iter().reduce(|best, other| if other.explained > best.explained { other } else { best });
-    let Some(Scored { pose, inliers, shape, .. }) = best else { return Err(Error::NoMatch) };
-    let runner_up = next_best(&field, &ranked);
+        finals.par_iter().map(|other| settled(model, &field, &points, other.pose)).collect();
+    let mut finals = finals?;
+    finals.sort_by(|a, b| b.explained.total_cmp(&a.explained));
+    let Some((best, others)) = finals.split_first() else { return Err(Error::NoMatch) };
+    let runner_up = next_best(&field, best, others.iter().chain(&rest));
+    let Scored { pose, inliers, shape, .. } = best.clone();
     Ok(Registration { placed: Placed { centre, pose }, shape, inliers, runner_up })
 }
 

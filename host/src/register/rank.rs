@@ -4,6 +4,10 @@ use super::Placed;
 use super::field::Field;
 use crate::mesh::Point;
 use lacuna::Pose;
+use std::ops::Range;
+
+/// Sizes of a scan in terms of the class's that the search can find (25 % either way) with some room.
+pub const SIZES: Range<f64> = 0.66..1.5;
 
 /// A refined pose.
 #[derive(Clone, Debug)]
@@ -14,6 +18,8 @@ pub struct Scored {
     pub explained: f64,
     /// Share of the points that lie on the fitted surface and face its way.
     pub inliers: f64,
+    /// Size of the scan in terms of the class's.
+    pub size: f64,
     /// Weights of the shape found with it, standard deviations.
     pub shape: Vec<f32>,
 }
@@ -22,15 +28,33 @@ pub struct Scored {
 const CONVINCING: [f64; 2] = [0.8, 0.8];
 /// Whether the best of the poses explains enough, and enough more than the next one.
 pub fn convincing(field: &Field, ranked: &[Scored]) -> bool {
-    let best = ranked.first().map_or(0.0, |best| best.inliers);
-    best >= CONVINCING[0] && next_best(field, ranked) <= CONVINCING[1] * best
+    let Some((best, others)) = ranked.split_first() else { return false };
+    best.inliers >= CONVINCING[0] && next_best(field, best, others) <= CONVINCING[1] * best.inliers
 }
 
-/// What the best pose other than the first explains, as a share of inliers at the first one's scale; 0 without any.
-pub fn next_best(field: &Field, ranked: &[Scored]) -> f64 {
-    let Some(best) = ranked.first() else { return 0.0 };
-    let other = ranked.iter().find(|other| apart(field, &best.pose, &other.pose));
-    other.map_or(0.0, |other| other.explained / best.explained * best.inliers)
+/// What the best of `others` that is another pose than `best` explains, as a share of inliers at the scale of `best`; 0
+/// without any.
+pub fn next_best<'s>(field: &Field, best: &Scored, others: impl IntoIterator<Item = &'s Scored>) -> f64 {
+    let others = others.into_iter().filter(|other| apart(field, &best.pose, &other.pose));
+    others.map(|other| other.explained / best.explained * best.inliers).fold(0.0, f64::max)
+}
+
+/// The poses in which the scan has a size that is searched for, or all if there are none: a scan that fits nowhere may be
+/// shrunk until a shape of many times its size explains all of it.
+pub fn possible(mut ranked: Vec<Scored>) -> Vec<Scored> {
+    if ranked.iter().any(|pose| SIZES.contains(&pose.size)) {
+        ranked.retain(|pose| SIZES.contains(&pose.size));
+    }
+    ranked
+}
+
+/// The first `count` poses, with the best other pose than the first; and the rest.
+pub fn finals(field: &Field, mut ranked: Vec<Scored>, count: usize) -> [Vec<Scored>; 2] {
+    let other = ranked.iter().position(|other| apart(field, &ranked[0].pose, &other.pose));
+    let other = other.filter(|&place| place >= count).map(|place| ranked.remove(place));
+    let rest = ranked.split_off(count.min(ranked.len()));
+    ranked.extend(other);
+    [ranked, rest]
 }
 
 /// Whether two poses differ by more than ten degrees, or move the surface by more than fifteen class millimetres.
@@ -42,4 +66,47 @@ fn apart(field: &Field, a: &Pose, b: &Pose) -> bool {
     let points = &field.samples.points;
     let mean = points.iter().map(moved).sum::<f64>() / points.len().max(1) as f64;
     (trace - 1.0) / 2.0 < 10f32.to_radians().cos() || mean > 15.0 * field.millimetre
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A ball.
+    fn field() -> Field {
+        let away = |i: usize| [i % 12, i / 12 % 12, i / 144].map(|v| v as f32 - 5.5);
+        let ball = |i: usize| away(i).iter().map(|v| v * v).sum::<f32>().sqrt() - 4.0;
+        Field::of_values([12; 3], &(0..1728).map(ball).collect::<Vec<_>>(), 1.0)
+    }
+
+    fn scored(size: f64, shift: f32) -> Scored {
+        let pose = Pose { translation: [shift, 0.0, 0.0], ..Pose::IDENTITY };
+        Scored { pose, explained: 0.5, inliers: 0.5, size, shape: vec![] }
+    }
+
+    #[test]
+    fn poses_of_impossible_sizes_are_the_last_resort() {
+        let sizes = |all: &[f64]| -> Vec<f64> {
+            let ranked = all.iter().map(|&size| scored(size, 0.0)).collect();
+            possible(ranked).iter().map(|pose| pose.size).collect()
+        };
+        assert_eq!(sizes(&[4.8, 1.3, 0.3, 0.9]), [1.3, 0.9]);
+        assert_eq!(sizes(&[4.8, 0.3]), [4.8, 0.3]);
+    }
+
+    #[test]
+    fn the_best_other_pose_is_among_the_finals_and_its_share_is_told() {
+        let field = field();
+        let shifts = |poses: &[Scored]| -> Vec<f32> { poses.iter().map(|p| p.pose.translation[0]).collect() };
+        let of = |all: &[f32]| {
+            let ranked = all.iter().map(|&shift| scored(1.0, shift)).collect();
+            finals(&field, ranked, 2).map(|poses| shifts(&poses))
+        };
+        assert_eq!(of(&[0.0, 0.1, 0.2, 90.0, 80.0]), [vec![0.0, 0.1, 90.0], vec![0.2, 80.0]]);
+        assert_eq!(of(&[0.0, 90.0, 0.2]), [vec![0.0, 90.0], vec![0.2]]);
+        assert_eq!(of(&[0.0]), [vec![0.0], vec![]]);
+        let others = [scored(1.0, 0.1), Scored { explained: 0.4, ..scored(1.0, 90.0) }];
+        assert_eq!(next_best(&field, &scored(1.0, 0.0), &others), 0.4);
+        assert_eq!(next_best(&field, &scored(1.0, 0.0), &others[..1]), 0.0);
+    }
 }
