@@ -3,6 +3,7 @@
 
 use lacuna::{Arithmetic, Fixed, Float, Model};
 use lacuna_host::complete::{Completion, Hint, Options, complete};
+use lacuna_host::mesh::Mesh;
 use lacuna_host::register::register;
 use lacuna_host::surface::is_manifold;
 use lacuna_tests::sample::{Sample, heads, real};
@@ -19,6 +20,8 @@ const FACES_SEEN_MM: f64 = 0.25;
 const SINGLE_MM: [f64; 2] = [2.1, 2.8];
 /// The same for each stitched scan.
 const STITCHED_MM: f64 = 1.4;
+/// One of so many of a scan's points is kept: they are about as far apart as voxels then.
+const SPARSE: usize = 20;
 /// Change of the surface's distance from the truth by rounding.
 const ROUNDING_MM: f64 = 0.01;
 
@@ -84,6 +87,27 @@ fn faces_are_completed_from_one_view_and_from_three() {
     let (seen, missing) = (median(all_seen), median(single));
     assert!(seen <= FACES_SEEN_MM, "median {seen:.3} mm on the seen parts");
     assert!(missing <= SINGLE_MM[0], "median {missing:.2} mm on the missing parts of single views");
+}
+
+#[test]
+fn a_sparse_cloud_is_measured_between_its_points() {
+    let model = model();
+    let sample = heads(1001..=1001).next().expect("a head from the front");
+    let scan = &sample.scan;
+    let kept: Vec<usize> = (0..scan.points.len()).step_by(SPARSE).collect();
+    let normals = scan.vertex_normals();
+    let cloud = Mesh {
+        points: kept.iter().map(|&i| scan.points[i]).collect(),
+        normals: kept.iter().map(|&i| normals[i]).collect(),
+        triangles: vec![],
+    };
+    let inferred = |scan: &Mesh| {
+        let options = Options { hint: Hint::None, seed: 1, schedule: default_schedule(&model), finer: 2 };
+        complete::<Fixed>(&model, scan, &options).expect("a completion").verdict.inferred_share
+    };
+    let [mesh, sparse] = [scan, &cloud].map(inferred);
+    println!("inferred: {mesh:.3} of the mesh's surface, {sparse:.3} of the cloud's");
+    assert!((sparse - mesh).abs() < 0.08, "{mesh:.3} {sparse:.3}");
 }
 
 #[test]

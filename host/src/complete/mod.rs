@@ -17,7 +17,7 @@ pub mod verdict;
 
 use crate::fit::{Fit, fit};
 use crate::mesh::{Mesh, Point};
-use crate::points::OrientedPoints;
+use crate::points::{OrientedPoints, thin};
 use crate::register::{self, Placed};
 use crate::sentence::sentence;
 use crate::surface::fair;
@@ -247,15 +247,25 @@ struct Measured {
     sideways: Option<f64>,
 }
 
-/// A mesh as it is; a cloud as one small triangle a point.
+/// Edge of a cloud's cubes where its points are close together, and where they are far apart, voxels.
+const SURFEL: [f64; 2] = [0.3, 1.0];
+/// Cubes are large enough when at most this share of the points is left.
+const LEFT: f64 = 0.7;
+
+/// A mesh as it is; a cloud as one small triangle a point, about as large as points are apart.
 fn scan_surface(scan: &Mesh, model: &Model<'_>) -> Result<Measured, Error> {
     if !scan.triangles.is_empty() {
         let surface = Surface::new(scan).ok_or(Error::NoSurface("the scan's triangles have no area"))?;
         return Ok(Measured { surface, sideways: None });
     }
-    let cell = 0.3 * f64::from(model.header().spacing);
-    let surfels = surfels(&crate::points::thin(scan, cell), cell);
-    let surface = Surface::new(&surfels).ok_or(Error::NoSurface("the scan has no oriented points"))?;
+    let [mut cell, widest] = SURFEL.map(|voxels| voxels * f64::from(model.header().spacing));
+    let mut points = thin(scan, cell);
+    while cell < widest && points.points.len() as f64 > LEFT * scan.points.len() as f64 {
+        cell *= 1.25;
+        points = thin(scan, cell);
+    }
+    let surface = Surface::new(&surfels(&points, cell));
+    let surface = surface.ok_or(Error::NoSurface("the scan has no oriented points"))?;
     Ok(Measured { surface, sideways: Some(1.5 * cell) })
 }
 

@@ -88,7 +88,10 @@ impl Verdict {
         find(
             pose < SCENE,
             if pose < LEAST_POSE { Grade::Reject } else { Grade::Check },
-            format!("the best pose explains only {} of the scan: another kind of object?", percent(pose)),
+            format!(
+                "only {} of the scan lies on the fitted shape: another kind of object, or a scene?",
+                percent(pose)
+            ),
         );
         find(
             explained < LEAST_EXPLAINED,
