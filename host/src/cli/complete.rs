@@ -195,20 +195,9 @@ impl Complete {
         out.colours = Some(&colours);
         out.labels = Some(&merged.labels);
         out.distances_mm = Some(&distances);
-        out.comments = vec![
-            format!(
-                "completed by lacuna {} with the class {}",
-                env!("CARGO_PKG_VERSION"),
-                model.header().class
-            ),
-            "label 1: measured, 0: inferred, 2: not part of the class; distance: to the scan, in its unit"
-                .into(),
-        ];
+        out.comments = comments(completion, model);
         if !expected.is_empty() {
             out.properties.push(("expected_error", &expected));
-            let how =
-                if completion.expected.calibrated { "" } else { ", a guess for a model without calibration" };
-            out.comments.push(format!("expected_error: one sigma, 68 % of the true errors are smaller{how}"));
         }
         io::write_ply(&self.output, &out)?;
         Ok(())
@@ -274,6 +263,21 @@ impl Complete {
         }
         completed.lines(unit::symbol(model.header().unit)).iter().for_each(|line| say(line));
     }
+}
+
+/// What the file says about itself.
+fn comments(completion: &Completion, model: &Model<'_>) -> Vec<String> {
+    let (version, class) = (env!("CARGO_PKG_VERSION"), model.header().class);
+    let mut comments = vec![
+        format!("completed by lacuna {version} with the class {class}"),
+        "label 1: measured, 0: inferred, 2: not part of the class; distance: to the scan, in its unit".into(),
+    ];
+    if !completion.expected.errors.is_empty() {
+        let how =
+            if completion.expected.calibrated { "" } else { ", a guess for a model without calibration" };
+        comments.push(format!("expected_error: one sigma, 68 % of the true errors are smaller{how}"));
+    }
+    comments
 }
 
 /// A mesh back in the unit of the scan.
