@@ -17,7 +17,7 @@ const SEEN_MM: f64 = 0.4;
 /// The same on nine scans of faces by a model of thirty.
 const FACES_SEEN_MM: f64 = 0.25;
 /// Root mean square on the missing part of those from one view: in the median, and of any.
-const SINGLE_MM: [f64; 2] = [1.9, 2.5];
+const SINGLE_MM: [f64; 2] = [2.0, 2.5];
 /// The same for each stitched scan.
 const STITCHED_MM: f64 = 1.4;
 /// One of so many of a scan's points is kept: they are about as far apart as voxels then.
