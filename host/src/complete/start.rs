@@ -10,6 +10,8 @@ use lacuna::{Model, pose_fit, sample};
 
 /// Points are this far apart, voxels; further where there would be more than [`CAPACITY`] of them.
 pub const CELL: f64 = 0.5;
+/// With fewer points than this on the model the pose is wrong: all are kept, so that the fit can tell.
+const FEWEST: usize = 60;
 
 /// What is known of the pose beforehand.
 #[derive(Clone, Copy, Debug)]
@@ -103,8 +105,54 @@ pub fn thinned(model: &Model<'_>, scan: &Mesh, known: &Placed, hint: pose_fit::H
         let place = |p: &Point| settled.to_model(p).coords.map(|c| c as f32).into();
         let supported = |p: &Point| sample::far(model, place(p)).is_some();
         let near = all.points.iter().filter(|p| supported(p)).count();
-        (thin_to(scan, cell, CAPACITY, supported), 1.0 - near as f64 / whole as f64)
+        if near < FEWEST {
+            (thin_to(scan, cell, CAPACITY, |_| true), 0.0)
+        } else {
+            (thin_to(scan, cell, CAPACITY, supported), 1.0 - near as f64 / whole as f64)
+        }
     };
     let (centre, points) = centred(&points);
     Thinned { points, elsewhere, rough: known.about(centre) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synth::Head;
+    use crate::train::distance::Surface;
+    use lacuna::Pose;
+
+    /// The pose in which the heads of the built-in class lie, moved by some voxels.
+    fn beside(model: &Model<'_>, voxels: f32) -> Placed {
+        let header = model.header();
+        let translation = header.origin.map(|o| voxels - o / header.spacing);
+        Placed {
+            centre: Point::origin(),
+            pose: Pose { scale: 1.0 / header.spacing, translation, ..Pose::IDENTITY },
+        }
+    }
+
+    #[test]
+    fn of_a_large_scan_the_points_on_the_model_are_kept_and_of_one_beside_it_all() {
+        let model = Model::from_bytes(lacuna_fixtures::MODEL).expect("the built-in model");
+        let head = Head::sample(1, 1001).mesh();
+        let mut scan = head.clone();
+        // A table of a square metre.
+        let first = scan.points.len() as u32;
+        let corners = [[-500., -500.], [500., -500.], [500., 500.], [-500., 500.]];
+        scan.points.extend(corners.map(|[x, z]| Point::new(x, -150.0, z)));
+        scan.triangles.extend([[first, first + 2, first + 1], [first, first + 3, first + 2]]);
+        let exact = pose_fit::Hint::Exact;
+        let kept = thinned(&model, &scan, &beside(&model, 0.0), exact);
+        assert!(kept.points.points.len() <= CAPACITY && kept.elsewhere > 0.5, "{}", kept.elsewhere);
+        let surface = Surface::new(&head).expect("a surface");
+        let near = |p: &&Point| {
+            let place = Point::from(p.coords + kept.rough.centre.coords);
+            surface.distance(&place, 40.0).is_some()
+        };
+        let on_head = kept.points.points.iter().filter(near).count();
+        assert!(on_head * 10 > kept.points.points.len() * 9, "{on_head} of {}", kept.points.points.len());
+        let far = thinned(&model, &scan, &beside(&model, 900.0), exact);
+        assert!(far.elsewhere == 0.0 && far.points.points.len() > CAPACITY / 2);
+    }
 }
