@@ -1,6 +1,7 @@
 //! Runs the core's completion in buffers of the host: pose, hull, global fit, local fit, distances.
 
 use crate::points::PackedPoints;
+use crate::raster;
 use lacuna::columns::{Column, PATCH};
 use lacuna::completion::{Memory, Outcome, Settings};
 use lacuna::format::digest;
@@ -182,14 +183,14 @@ fn distances<A: Arithmetic>(model: &Model<'_>, fit: &mut LocalFit<'_, '_, A>) ->
 
 /// Distances of stored voxels as a dense volume in voxels, x fastest, NaN where nothing is stored.
 pub fn dense(model: &Model<'_>, distances: &[i16]) -> Vec<f32> {
-    let [width, height, depth] = model.grid().sides().map(usize::from);
-    let mut volume = vec![f32::NAN; width * height * depth];
+    let sides = model.grid().sides().map(usize::from);
+    let mut volume = vec![f32::NAN; raster::len(sides)];
     for brick in model.bricks() {
         let [cx, cy, cz] = brick.corner.map(usize::from);
         for z in 0..brick.edge() {
             for y in 0..brick.edge() {
                 let row = brick.row(y, z);
-                let start = ((cz + usize::from(z)) * height + cy + usize::from(y)) * width + cx;
+                let start = raster::index(sides, [cx, cy + usize::from(y), cz + usize::from(z)]);
                 for x in 0..brick.edge() {
                     if let Some(voxel) = row.voxel(x) {
                         volume[start + usize::from(x)] = f32::from(distances[brick.first + voxel]) / 256.0;

@@ -15,6 +15,7 @@ pub mod mesh;
 pub mod modes;
 pub mod normals;
 pub mod points;
+pub mod raster;
 pub mod reference;
 pub mod register;
 pub mod render;

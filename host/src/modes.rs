@@ -1,6 +1,6 @@
 //! Pictures of what a model has learnt: its first modes from -3 to +3 standard deviations around the mean.
 
-use crate::complete::fuse::Dense;
+use crate::complete::dense::Dense;
 use crate::complete::picture::directions;
 use crate::mesh::{Mesh, Point};
 use crate::register::Placed;

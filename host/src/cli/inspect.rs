@@ -1,7 +1,7 @@
 //! `lacuna inspect`.
 
 use super::scatter::Scatter;
-use super::train::expected_error;
+use super::trained::expected_error;
 use super::{Common, Failure, inputs, say};
 use crate::sentence::sentence;
 use crate::{io, modes, unit};

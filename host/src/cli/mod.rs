@@ -14,6 +14,7 @@ mod scatter;
 mod shapes;
 mod synth;
 mod train;
+mod trained;
 mod verify;
 
 use clap::{Args, Parser, Subcommand};

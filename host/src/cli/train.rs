@@ -1,7 +1,7 @@
 //! `lacuna train`.
 
-use super::scatter::Scatter;
 use super::shapes::{self, Shapes};
+use super::trained::{LeaveOneOut, Made, Report};
 use super::{Common, Failure, bar, inputs, say};
 use crate::io;
 use crate::mesh::Mesh;
@@ -10,8 +10,7 @@ use crate::train::calibration::{Trained, train_calibrated};
 use crate::train::held_out::HeldOut;
 use crate::train::{Settings, leave_one_out};
 use crate::unit;
-use lacuna::Model;
-use lacuna::format::{Calibration, Unit};
+use lacuna::format::Unit;
 use std::path::{Path, PathBuf};
 
 /// Train a shape model on meshes of one class.
@@ -91,45 +90,6 @@ fn distances(text: &str) -> Result<crate::train::Distances, String> {
     }
 }
 
-#[derive(serde::Serialize)]
-struct Report {
-    output: String,
-    class: String,
-    shapes: usize,
-    aligned: bool,
-    /// How far they lay from their common pose, if they were in one frame and drawn to it.
-    jitter: Option<Scatter>,
-    modes: usize,
-    voxels: usize,
-    spacing: f32,
-    bytes: usize,
-    checksum: String,
-    seconds: f64,
-    /// How far mirror images of the shapes lie from the shapes, in their unit, if the class is symmetric.
-    symmetry_deviation: Option<f32>,
-    notes: Vec<String>,
-    calibration: Option<Calibration>,
-    leave_one_out: Option<LeaveOneOut>,
-}
-
-impl Report {
-    /// How the shapes came into one pose.
-    fn pose(&self, symbol: &str) -> String {
-        match &self.jitter {
-            Some(jitter) => format!("in one pose already; drawn to their mean: {}", jitter.sentence(symbol)),
-            None if self.aligned => "aligned to each other".into(),
-            None => "left as they lie".into(),
-        }
-    }
-}
-
-/// How well the class predicts its own unseen parts; lengths in the meshes' unit.
-#[derive(serde::Serialize)]
-struct LeaveOneOut {
-    summaries: Vec<leave_one_out::Summary>,
-    shapes: Vec<leave_one_out::Row>,
-}
-
 impl Train {
     /// Runs the subcommand.
     pub fn run(&self, common: &Common) -> Result<(), Failure> {
@@ -160,7 +120,14 @@ impl Train {
         io::atomic::write(&self.output, |file| file.write_all(&trained.file))?;
         let table = self.leave_one_out.then(|| table(&trained, &paths));
         let seconds = start.elapsed().as_secs_f64();
-        self.tell(common, (&model, trained.file.len()), (aligned.way, notes, seconds), table);
+        let output = self.output.display().to_string();
+        let made = Made { output, bytes: trained.file.len(), way: aligned.way, notes, seconds };
+        let report = Report::new(&model, made, table);
+        if common.json {
+            say(&serde_json::to_string_pretty(&report).unwrap_or_default());
+        } else {
+            report.lines(unit::symbol(model.header().unit)).iter().for_each(|line| say(line));
+        }
         Ok(())
     }
 
@@ -195,70 +162,6 @@ impl Train {
             ..Settings::default()
         }
     }
-
-    fn tell(
-        &self,
-        common: &Common,
-        (model, bytes): (&Model<'_>, usize),
-        (way, notes, seconds): (Way, Vec<String>, f64),
-        leave_one_out: Option<LeaveOneOut>,
-    ) {
-        let header = model.header();
-        let report = Report {
-            output: self.output.display().to_string(),
-            class: header.class.into(),
-            shapes: header.shapes as usize,
-            aligned: way == Way::Searched,
-            jitter: way.jitter().map(Scatter::from),
-            modes: model.modes(),
-            voxels: model.voxels(),
-            spacing: header.spacing,
-            bytes,
-            checksum: format!("{:08x}", model.checksum()),
-            seconds,
-            notes,
-            symmetry_deviation: model.symmetry().map(|plane| plane.deviation * header.spacing),
-            calibration: model.calibration().copied(),
-            leave_one_out,
-        };
-        if common.json {
-            say(&serde_json::to_string_pretty(&report).unwrap_or_default());
-            return;
-        }
-        report.notes.iter().for_each(|note| say(&format!("note            {note}")));
-        let symbol = unit::symbol(header.unit);
-        let pose = report.pose(symbol);
-        say(&format!("shapes          {} of class {}, {pose}", report.shapes, report.class));
-        say(&format!(
-            "model           {} modes, {} voxels of {} {symbol}",
-            report.modes, report.voxels, report.spacing
-        ));
-        say(&format!(
-            "file            {} ({:.2} MiB, {seconds:.1} s)",
-            report.output,
-            bytes as f64 / 1048576.0
-        ));
-        if let Some(plane) = report.symmetry_deviation {
-            say(&format!(
-                "symmetry        a plane; mirror images lie {plane:.2} {symbol} off in the root mean square"
-            ));
-        }
-        say(&expected_error(report.calibration.as_ref()));
-        let Some(table) = &report.leave_one_out else { return };
-        leave_one_out::table(&table.shapes, symbol).iter().for_each(|line| say(line));
-        table.summaries.iter().for_each(|summary| say(&summary.sentence(symbol)));
-    }
-}
-
-/// How well the expected errors hold, as a line of text.
-pub(super) fn expected_error(calibration: Option<&Calibration>) -> String {
-    let Some(c) = calibration else { return "expected error  not calibrated".into() };
-    let [measured, inferred] = c.shares.map(|share| format!("{:.0} %", 100.0 * share));
-    format!(
-        "expected error  calibrated on {} scans of held-back shapes: {measured} of the true errors are below it where \
-         measured, {inferred} where inferred (68 % wanted)",
-        c.scans
-    )
 }
 
 fn table(trained: &Trained, paths: &[PathBuf]) -> LeaveOneOut {

@@ -14,7 +14,7 @@
 //! and not through it: an ear whose measured front lies farther back has its back farther back as well, which is the
 //! opposite deviation.
 
-use super::fuse::Dense;
+use super::dense::Dense;
 use super::unsettled::unsettled;
 use crate::mesh::Point;
 use rayon::prelude::*;

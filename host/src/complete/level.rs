@@ -13,7 +13,7 @@
 //! F is the normal distribution, B a box mean taken three times, σ the deviation of Φ and ε what is left of a voxel's edge
 //! where Φ is known. Without doubt τ is zero; measured voxels stay as they are.
 
-use super::fuse::Dense;
+use super::dense::Dense;
 use crate::uncertainty::posterior::Posterior;
 use rayon::prelude::*;
 

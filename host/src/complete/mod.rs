@@ -4,9 +4,10 @@
 
 pub mod clean;
 pub mod clutter;
+pub mod dense;
 pub mod depth_rows;
 pub mod diffusion;
-pub mod fuse;
+pub mod extrapolate;
 pub mod level;
 pub mod merge;
 pub mod picture;
@@ -14,6 +15,7 @@ pub mod pieces;
 pub mod start;
 pub mod unsettled;
 pub mod verdict;
+pub mod zero_level;
 
 use crate::fit::{Fit, fit};
 use crate::mesh::{Mesh, Point};
@@ -29,7 +31,7 @@ use crate::uncertainty::spread::{Spread, spread};
 use crate::uncertainty::{Expected, Share, shares};
 use clean::Cleaned;
 use clutter::{APART, Clutter};
-use fuse::Dense;
+use dense::Dense;
 use lacuna::completion::Settings;
 use lacuna::corners::Weights;
 use lacuna::cube::Cube;

@@ -4,7 +4,7 @@
 //! A node that only a few voxels at the end of the stored ones tell about may run off to distances of many voxels, of
 //! either sign, and bulge or tear the surface around it.
 
-use super::fuse::Dense;
+use super::dense::Dense;
 use crate::mesh::{Point, Vector};
 use rayon::prelude::*;
 

@@ -4,8 +4,8 @@ use crate::register::rank::SIZES;
 use crate::uncertainty::spread::Spread;
 use serde::Serialize;
 
-/// An overall judgement.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+/// An overall judgement, best first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Grade {
     /// As expected for a scan of the class.
@@ -68,24 +68,38 @@ const LOOSEST: f64 = 2.85;
 /// 3.5 at a missing part's rms of 1.4 to 4.7 mm; ten upper halves of femurs: 5.0 to 10 at 4.4 to 22 mm.
 const VAGUEST: f64 = 4.0;
 
+/// The worst grade so far, and what was found.
+struct Findings {
+    grade: Grade,
+    reasons: Vec<String>,
+}
+
+impl Findings {
+    fn add(&mut self, found: bool, grade: Grade, reason: String) {
+        if found {
+            self.reasons.push(reason);
+            self.grade = self.grade.max(grade);
+        }
+    }
+}
+
 impl Verdict {
     /// Fills in grade and reasons; `millimetre` is one class millimetre in the scan's unit.
     pub fn judged(mut self, millimetre: f64) -> Self {
-        let mut grade = Grade::Good;
-        let mut reasons = Vec::new();
-        let mut find = |found: bool, worse: Grade, reason: String| {
-            if found {
-                reasons.push(reason);
-                grade = if grade == Grade::Reject { grade } else { worse };
-            }
-        };
-        let percent = |share: f64| format!("{:.0} %", 100.0 * share);
-        let (inliers, rms) = (self.inlier_share, self.seen_rms / millimetre);
-        let on_it = || format!("only {} of the scan near the model lies on it", percent(inliers));
+        let mut findings = Findings { grade: Grade::Good, reasons: Vec::new() };
+        self.judge_pose(&mut findings);
+        self.judge_fit(&mut findings, millimetre);
+        self.judge_unseen(&mut findings, millimetre);
+        self.judge_size(&mut findings);
+        (self.grade, self.reasons) = (findings.grade, findings.reasons);
+        self
+    }
+
+    fn judge_pose(&self, findings: &mut Findings) {
         let [pose, runner_up] = self.pose_inliers;
         // Points that are no clutter, near the model or not, and what of them the pose explains.
         let explained = pose / f64::max(1.0 - self.outside_share, f64::MIN_POSITIVE);
-        find(
+        findings.add(
             pose < SCENE,
             if pose < LEAST_POSE { Grade::Reject } else { Grade::Check },
             format!(
@@ -93,7 +107,7 @@ impl Verdict {
                 percent(pose)
             ),
         );
-        find(
+        findings.add(
             explained < LEAST_EXPLAINED,
             Grade::Reject,
             format!(
@@ -101,40 +115,51 @@ impl Verdict {
                 percent(explained)
             ),
         );
-        find(
+        findings.add(
             pose < AMBIGUOUS[0] && runner_up > AMBIGUOUS[1] * pose,
             Grade::Check,
             format!("another pose explains {} as well as this one {}", percent(runner_up), percent(pose)),
         );
-        find(
+        findings.add(
             self.outside_share > 0.3,
             Grade::Check,
             format!("{} of the scan is not part of the class and was left out", percent(self.outside_share)),
         );
-        find(inliers < 0.5, Grade::Reject, format!("{}: another kind of object, or a wrong pose", on_it()));
-        find((0.5..0.85).contains(&inliers), Grade::Check, format!("{}: it is unlike the class", on_it()));
-        find(
-            rms > 1.0,
+    }
+
+    fn judge_fit(&self, findings: &mut Findings, millimetre: f64) {
+        let inliers = self.inlier_share;
+        let on_it = || format!("only {} of the scan near the model lies on it", percent(inliers));
+        findings.add(
+            inliers < 0.5,
+            Grade::Reject,
+            format!("{}: another kind of object, or a wrong pose", on_it()),
+        );
+        findings.add(
+            (0.5..0.85).contains(&inliers),
+            Grade::Check,
+            format!("{}: it is unlike the class", on_it()),
+        );
+        findings.add(
+            self.seen_rms > millimetre,
             Grade::Check,
             format!("the fit misses the measured surface by {:.2} rms", self.seen_rms),
         );
-        find(
-            self.weight_norm > 4.0,
-            Grade::Reject,
+        findings.add(
+            self.weight_norm >= 2.0,
+            if self.weight_norm > 4.0 { Grade::Reject } else { Grade::Check },
             format!("the shape is {:.1} deviations off the class", self.weight_norm),
         );
-        find(
-            (2.0..=4.0).contains(&self.weight_norm),
-            Grade::Check,
-            format!("the shape is {:.1} deviations off the class", self.weight_norm),
-        );
-        find(
+    }
+
+    fn judge_unseen(&self, findings: &mut Findings, millimetre: f64) {
+        findings.add(
             self.inferred_share > 0.8,
             if self.inferred_share > MOST_INFERRED { Grade::Reject } else { Grade::Check },
             format!("{} of the surface is inferred", percent(self.inferred_share)),
         );
         let loose = self.spread.map_or(0.0, |spread| spread.surface);
-        find(
+        findings.add(
             loose > LOOSEST,
             Grade::Check,
             format!(
@@ -143,21 +168,25 @@ impl Verdict {
             ),
         );
         let vague = self.expected.unwrap_or(0.0);
-        find(
+        findings.add(
             vague > VAGUEST * millimetre,
             Grade::Check,
             format!("half of what was not seen is expected to be off by {vague:.1} or more"),
         );
-        let odd_scale = !(0.75..1.34).contains(&self.scale);
+    }
+
+    fn judge_size(&self, findings: &mut Findings) {
         let impossible = !SIZES.contains(&self.scale);
-        find(
-            odd_scale,
+        findings.add(
+            !(0.75..1.34).contains(&self.scale),
             if impossible { Grade::Reject } else { Grade::Check },
             format!("the scan is {:.2} times the size of the class: is the unit right?", self.scale),
         );
-        (self.grade, self.reasons) = (grade, reasons);
-        self
     }
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.0} %", 100.0 * share)
 }
 
 #[cfg(test)]

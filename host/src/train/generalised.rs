@@ -8,6 +8,7 @@
 use super::deform::drawn;
 use crate::mesh::{Point, Vector};
 use crate::points::OrientedPoints;
+use crate::raster;
 use crate::register::field::Field;
 use crate::register::probe::{Probe, Sums};
 use nalgebra::{Similarity3, Translation3};
@@ -98,12 +99,11 @@ fn mean(shapes: &[Shape], motions: &[Similarity3<f64>]) -> (Field, Similarity3<f
     let ways: Vec<Way> = shapes.iter().zip(motions).map(way).collect();
     let millimetres = shapes.iter().zip(&ways).map(|(shape, way)| shape.field.millimetre * f64::from(way.1));
     let millimetre = millimetres.sum::<f64>() / shapes.len().max(1) as f64;
-    let [width, height, depth] = sides;
     let value = |i: usize| {
-        let node = Point::new((i % width) as f64, (i / width % height) as f64, (i / width / height) as f64);
+        let node = Point::from(raster::voxel(sides, i).map(|v| v as f64));
         mean_distance(shapes, &ways, &node, FAR * millimetre as f32)
     };
-    let values: Vec<f32> = (0..width * height * depth).into_par_iter().map(value).collect();
+    let values: Vec<f32> = (0..raster::len(sides)).into_par_iter().map(value).collect();
     (Field::of_values(sides, &values, millimetre), to_mean)
 }
 

@@ -189,10 +189,14 @@ impl Envelope {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::raster;
 
-    fn squared([width, height, _]: [usize; 3], i: usize, j: usize) -> f32 {
-        let place = |i: usize| [i % width, i / width % height, i / width / height];
-        place(i).iter().zip(place(j)).map(|(&a, b)| a.abs_diff(b).pow(2) as f32).sum()
+    fn squared(sides: [usize; 3], i: usize, j: usize) -> f32 {
+        raster::voxel(sides, i)
+            .iter()
+            .zip(raster::voxel(sides, j))
+            .map(|(&a, b)| a.abs_diff(b).pow(2) as f32)
+            .sum()
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use super::distance::{Distance, Surface};
 use crate::mesh::Point;
+use crate::raster;
 
 /// A grid in space, millimetres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,7 +18,7 @@ pub struct Lattice {
 impl Lattice {
     /// Voxels in all.
     pub fn len(&self) -> usize {
-        self.sides.iter().product()
+        raster::len(self.sides)
     }
 
     /// Whether there is no voxel.
@@ -26,14 +27,13 @@ impl Lattice {
     }
 
     /// Place of a voxel in an x-fastest array.
-    pub fn index(&self, [x, y, z]: [usize; 3]) -> usize {
-        (z * self.sides[1] + y) * self.sides[0] + x
+    pub fn index(&self, voxel: [usize; 3]) -> usize {
+        raster::index(self.sides, voxel)
     }
 
     /// Voxel at a place in an x-fastest array.
     pub fn voxel(&self, index: usize) -> [usize; 3] {
-        let [width, height, _] = self.sides;
-        [index % width, index / width % height, index / width / height]
+        raster::voxel(self.sides, index)
     }
 
     /// Centre of a voxel.

@@ -140,15 +140,16 @@ fn add_patch(rows: &Rows<'_>, patch: &[[f32; 3]], modes: usize, own: f32, matrix
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::raster;
     use crate::verify::{Case, decode};
 
     /// Deviations of the distances of stored voxels after `points`, with the voxels' numbers.
     fn deviations(case: &Case, model: &Model<'_>, points: &OrientedPoints) -> Vec<(usize, f64)> {
         let posterior =
             Posterior::new(model, points, &case.pose, &vec![0.0; model.modes()], false).expect("a posterior");
-        let [width, height, _] = model.grid().sides().map(usize::from);
+        let sides = model.grid().sides().map(usize::from);
         let stored = decode::model(model).mask;
-        let place = |i: usize| [i % width, i / width % height, i / width / height].map(|v| v as f32);
+        let place = |i: usize| raster::voxel(sides, i).map(|v| v as f32);
         // The last voxel of a row has no cube beside it.
         let known = |i: usize| Some((i, f64::from(posterior.of_distance(place(i))?)));
         (0..stored.len()).filter(|&i| stored[i]).filter_map(known).collect()

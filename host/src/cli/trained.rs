@@ -1,0 +1,125 @@
+//! What `lacuna train` says about the model it made.
+
+use super::scatter::Scatter;
+use crate::train::align::Way;
+use crate::train::leave_one_out;
+use lacuna::Model;
+use lacuna::format::Calibration;
+
+/// How a model was made.
+pub struct Made {
+    /// Where it is.
+    pub output: String,
+    /// Length of the file.
+    pub bytes: usize,
+    /// How the shapes came into one pose.
+    pub way: Way,
+    /// What was noticed on the way.
+    pub notes: Vec<String>,
+    /// How long it took.
+    pub seconds: f64,
+}
+
+#[derive(serde::Serialize)]
+pub struct Report {
+    output: String,
+    class: String,
+    shapes: usize,
+    aligned: bool,
+    /// How far they lay from their common pose, if they were in one frame and drawn to it.
+    jitter: Option<Scatter>,
+    modes: usize,
+    voxels: usize,
+    spacing: f32,
+    bytes: usize,
+    checksum: String,
+    seconds: f64,
+    /// How far mirror images of the shapes lie from the shapes, in their unit, if the class is symmetric.
+    symmetry_deviation: Option<f32>,
+    notes: Vec<String>,
+    calibration: Option<Calibration>,
+    leave_one_out: Option<LeaveOneOut>,
+}
+
+/// How well the class predicts its own unseen parts; lengths in the meshes' unit.
+#[derive(serde::Serialize)]
+pub struct LeaveOneOut {
+    /// A line a kind of scan.
+    pub summaries: Vec<leave_one_out::Summary>,
+    /// A row a shape.
+    pub shapes: Vec<leave_one_out::Row>,
+}
+
+impl Report {
+    /// What is to be said about a model, and how well its class predicts unseen parts, if that was asked for.
+    pub fn new(model: &Model<'_>, made: Made, leave_one_out: Option<LeaveOneOut>) -> Self {
+        let header = model.header();
+        Self {
+            output: made.output,
+            class: header.class.into(),
+            shapes: header.shapes as usize,
+            aligned: made.way == Way::Searched,
+            jitter: made.way.jitter().map(Scatter::from),
+            modes: model.modes(),
+            voxels: model.voxels(),
+            spacing: header.spacing,
+            bytes: made.bytes,
+            checksum: format!("{:08x}", model.checksum()),
+            seconds: made.seconds,
+            notes: made.notes,
+            symmetry_deviation: model.symmetry().map(|plane| plane.deviation * header.spacing),
+            calibration: model.calibration().copied(),
+            leave_one_out,
+        }
+    }
+
+    /// As lines of text; `symbol` is the meshes' unit.
+    pub fn lines(&self, symbol: &str) -> Vec<String> {
+        let mut lines: Vec<String> =
+            self.notes.iter().map(|note| format!("note            {note}")).collect();
+        lines.extend([
+            format!("shapes          {} of class {}, {}", self.shapes, self.class, self.pose(symbol)),
+            format!(
+                "model           {} modes, {} voxels of {} {symbol}",
+                self.modes, self.voxels, self.spacing
+            ),
+            format!(
+                "file            {} ({:.2} MiB, {:.1} s)",
+                self.output,
+                self.bytes as f64 / 1048576.0,
+                self.seconds
+            ),
+        ]);
+        lines.extend(self.symmetry_deviation.map(|off| {
+            format!(
+                "symmetry        a plane; mirror images lie {off:.2} {symbol} off in the root mean square"
+            )
+        }));
+        lines.push(expected_error(self.calibration.as_ref()));
+        if let Some(table) = &self.leave_one_out {
+            lines.extend(leave_one_out::table(&table.shapes, symbol));
+            lines.extend(table.summaries.iter().map(|summary| summary.sentence(symbol)));
+        }
+        lines
+    }
+
+    /// How the shapes came into one pose.
+    fn pose(&self, symbol: &str) -> String {
+        match &self.jitter {
+            Some(jitter) => format!("in one pose already; drawn to their mean: {}", jitter.sentence(symbol)),
+            None if self.aligned => "aligned to each other".into(),
+            None => "left as they lie".into(),
+        }
+    }
+}
+
+/// How well the expected errors hold, as a line of text.
+pub fn expected_error(calibration: Option<&Calibration>) -> String {
+    let Some(c) = calibration else { return "expected error  not calibrated".into() };
+    let [measured, inferred] = c.shares.map(|share| format!("{:.0} %", 100.0 * share));
+    format!(
+        "expected error  calibrated on {} scans of held-back shapes: {measured} of the true errors are below it where \
+         measured, {inferred} where inferred (68 % wanted)",
+        c.scans
+    )
+}

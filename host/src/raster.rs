@@ -1,0 +1,28 @@
+//! A box of samples as one array, x fastest: the raster scan that makes a vector of a volume, section 2.2 of the paper.
+
+/// Samples of a box with `sides` of them along x, y and z.
+pub fn len(sides: [usize; 3]) -> usize {
+    sides.iter().product()
+}
+
+/// Place of a sample in the array.
+pub fn index(sides: [usize; 3], [x, y, z]: [usize; 3]) -> usize {
+    (z * sides[1] + y) * sides[0] + x
+}
+
+/// Sample at a place of the array.
+pub fn voxel([width, height, _]: [usize; 3], index: usize) -> [usize; 3] {
+    [index % width, index / width % height, index / width / height]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_invert_places_and_x_is_fastest() {
+        let sides = [3, 4, 5];
+        assert!((0..len(sides)).all(|i| index(sides, voxel(sides, i)) == i));
+        assert_eq!([index(sides, [1, 0, 0]), index(sides, [0, 1, 0]), index(sides, [0, 0, 1])], [1, 3, 12]);
+    }
+}
