@@ -13,7 +13,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let code = code.ok_or("README.md: no Rust in the section \"In your firmware\"")?;
     let function = format!(
         "#[allow(unused_variables, clippy::needless_borrow)]\nfn firmware(points: &[Packed], step: f32, rough_pose: Pose, \
-         memory: Memory<'_, lacuna::Fixed>) -> Result<Outcome, Error> {{\n{code}\nOk(*job.outcome()?)\n}}\n"
+         memory: Memory<'_, lacuna::Fixed>) -> Result<Outcome, Error> {{\n{code}\nOk(outcome)\n}}\n"
     );
     std::fs::write(Path::new(&std::env::var("OUT_DIR")?).join("readme.rs"), function)?;
     Ok(())

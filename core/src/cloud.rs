@@ -18,7 +18,14 @@ pub const CAPACITY: usize = 24_576;
 /// Units a component of a unit normal has.
 const NORMAL: f32 = 16384.0;
 
-/// A scan's points.
+/// Whether coordinates can count in steps of so many scan units.
+pub(crate) fn check_step(step: f32) -> Result<(), Error> {
+    if step.is_normal() && step > 0.0 { Ok(()) } else { Err(Error::Option(OptionName::CloudStep)) }
+}
+
+/// A scan's points, about half a voxel apart, with normals of length one: points whose normal is more than 1 % longer or
+/// shorter reach no voxel. Results depend a little on their order: neighbours help most next to each other
+/// ([`along_curve`](crate::curve::along_curve)), and for equal bits the order must be equal.
 #[derive(Clone, Copy, Debug)]
 pub struct Cloud<'a> {
     points: &'a [Packed],
@@ -31,11 +38,8 @@ impl<'a> Cloud<'a> {
     /// # Errors
     /// A step that is not a positive number.
     pub fn new(points: &'a [Packed], step: f32) -> Result<Self, Error> {
-        if step.is_normal() && step > 0.0 {
-            Ok(Self { points, step })
-        } else {
-            Err(Error::Option(OptionName::Step))
-        }
+        check_step(step)?;
+        Ok(Self { points, step })
     }
 
     /// Number of points.

@@ -21,6 +21,9 @@ use crate::workspace::{Progress, Workspace};
 
 /// Points the pose is estimated from; of more, every so many.
 pub const POSE_POINTS: usize = 1600;
+/// Most points on the shape for a voxel of the hull, and points of the scan for one on the shape: see [`Outcome::doubt`].
+const SPARSEST: u64 = 32;
+const FEWEST_ON_IT: u64 = 4;
 /// Points claimed in one step.
 const CHUNK: usize = 64;
 
@@ -104,7 +107,8 @@ impl<A: Arithmetic> Memory<'_, A> {
     }
 }
 
-/// What a completion found, as far as it has come.
+/// What a completion found, as far as it has come. Whatever the scan was, a fit comes to an end; whether its result can be
+/// used, [`Outcome::doubt`] tells.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Outcome {
@@ -120,6 +124,30 @@ pub struct Outcome {
     pub hull_voxels: u32,
     /// What the stages computed.
     pub digests: Digests,
+}
+
+/// What speaks against a result.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Doubt {
+    /// The points are in far fewer voxels than they should be: a scan in another unit, or all of it in one place.
+    Size,
+    /// Few of the points lie on the fitted shape and face its way: a wrong pose, normals that look inward, another
+    /// kind of object, or a scene with little of the class in it.
+    Pose,
+}
+
+impl Outcome {
+    /// What speaks against the result for a scan of so many `points`, at least an eighth of a voxel apart, if anything
+    /// does. The hull has at least a voxel for 32 points on the shape (a face of two points a voxel 16; taken in
+    /// centimetres instead of millimetres, one for 72), and a quarter of the points is on it (faces 0.85, half a head with
+    /// shoulders 0.26: below that the host wants somebody to look, too).
+    pub const fn doubt(&self, points: usize) -> Option<Doubt> {
+        if (self.hull_voxels as u64) * SPARSEST < self.inliers as u64 {
+            return Some(Doubt::Size);
+        }
+        if (self.inliers as u64) * FEWEST_ON_IT < points as u64 { Some(Doubt::Pose) } else { None }
+    }
 }
 
 /// CRC-32 of each stage's result; 0 for a stage that has not ended.
@@ -169,7 +197,11 @@ pub struct Completion<'b, A: Arithmetic> {
 }
 
 impl<'b, A: Arithmetic> Completion<'b, A> {
-    /// Prepares the completion of `cloud` from a rough `pose`.
+    /// Prepares the completion of `cloud` from a rough `pose`, which the application or the host has searched for: the
+    /// fit finds its way from about 15 voxels and 45 degrees off (the example scan: from 18 voxels and 57 degrees, no longer
+    /// from 25 and 69), in a scale within a fifth. [`Pose::in_frame_of`] makes it from millimetres.
+    ///
+    /// `memory` is used until the completion is dropped; lend it by [`Memory::reborrow`] to use it again.
     ///
     /// # Errors
     /// What the stages refuse: too few points, a pose that is none, options out of range, a buffer too small.
@@ -212,7 +244,10 @@ impl<'b, A: Arithmetic> Completion<'b, A> {
         })
     }
 
-    /// A bounded piece of work, with the stage it belonged to. `None` when the job is over.
+    /// A bounded piece of work, with the stage it belonged to. `None` when the job is over. The longest one updates all
+    /// weights: on a Cortex-M7 5.6 million instructions for a model of 29 modes and 4,000 nodes, as many as
+    /// [`Completion::new`] takes and [`Model::from_bytes`] before it; of the pose 2, the global fit 1.1, the hull 0.4 million.
+    /// The deepest one takes 17 KiB of stack.
     pub fn step(&mut self) -> Option<(Stage, Progress)> {
         loop {
             let stage = self.stage();
@@ -252,10 +287,10 @@ impl<'b, A: Arithmetic> Completion<'b, A> {
     ///
     /// # Errors
     /// The scan does not touch the model.
-    pub const fn outcome(&self) -> Result<&Outcome, Error> {
+    pub const fn outcome(&self) -> Result<Outcome, Error> {
         match self.work {
             Work::Stopped(error) => Err(error),
-            _ => Ok(&self.outcome),
+            _ => Ok(self.outcome),
         }
     }
 

@@ -8,7 +8,7 @@
 //! The cloud is thinned as it comes: only every [`Frame::stride`]-th pixel of every so many rows becomes a point.
 //! Points that do not fit into the integers of a [`Packed`] point are not part of the scan.
 
-use crate::cloud::{Packed, pack};
+use crate::cloud::{Packed, check_step, pack};
 use crate::error::{Buffer, Error, OptionName};
 use crate::pose::{Pose, cross, dot, zip};
 use core::ops::Range;
@@ -120,9 +120,10 @@ impl<'r> Rows<'r> {
     /// holds are the rows before the next pixel; at the first one it may be anything.
     ///
     /// # Errors
-    /// A frame out of range, or too little memory.
+    /// A frame or a step out of range, or too little memory.
     pub fn new(frame: Frame, step: f32, values: &'r mut [u16]) -> Result<Self, Error> {
         frame.check()?;
+        check_step(step)?;
         let size = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
         let (needed, given) = (size(frame.required()), size(values.len()));
         if given < needed {

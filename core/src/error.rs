@@ -1,4 +1,5 @@
-//! What can be wrong with a model or a buffer. Every error is found before a fit starts.
+//! What can be wrong with a model, a buffer or an option: all of it is found before a fit starts, but for
+//! [`Error::EmptyHull`], which the hull finds.
 //!
 //! On the [wire](crate::wire) an error travels as its number here: new ones go to the end of their list.
 
@@ -47,18 +48,27 @@ pub enum Error {
         /// The radius asked for, nodes.
         asked: u8,
     },
-    /// A step length, gain or ridge is not a finite positive number in its documented range.
+    /// An option is not a number in its documented range.
     Option(OptionName),
     /// The pose is not a finite similarity with a positive scale.
     Pose,
-    /// Fewer scan points than a pose needs.
+    /// Fewer scan points than a pose needs, which is 16; or a round of its fit is to use no more than that.
     TooFewPoints {
         /// Points given.
         given: u32,
     },
-    /// The scan does not touch the model's band: no voxel is in the hull.
+    /// The scan does not touch the model's band: no voxel is in the hull. A wrong pose, or normals whose length is not one.
     EmptyHull,
 }
+
+/// The variant with its numbers: for logs and `?`. Sentences for people are the caller's.
+impl core::fmt::Display for Error {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        core::fmt::Debug::fmt(self, f)
+    }
+}
+
+impl core::error::Error for Error {}
 
 /// Parts of a model file, for [`Error::Inconsistent`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -94,7 +104,7 @@ pub enum Buffer {
     Normal,
     /// The global fit's sums over one brick.
     Block,
-    /// Weights of one vector, one a mode.
+    /// The global fit's weights, one a mode.
     Weights,
     /// Weights of the nodes.
     NodeWeights,
@@ -118,6 +128,12 @@ pub enum Buffer {
     DepthRows,
     /// Rows of the pose fit's points, transposed.
     Columns,
+    /// The pose fit's normal equations.
+    PoseSums,
+    /// The pose fit's sums over one patch of points.
+    PoseChunk,
+    /// The pose fit's weights, one a mode.
+    PoseWeights,
 }
 
 /// Options, for [`Error::Option`].
@@ -132,8 +148,8 @@ pub enum OptionName {
     Ridge,
     /// Step length of the local fit.
     Step,
-    /// Momentum of the local fit.
-    Momentum,
+    /// Step of a cloud's coordinates.
+    CloudStep,
     /// Misfit scale of the pose.
     Misfit,
     /// Width and height of a depth image.

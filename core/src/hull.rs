@@ -30,12 +30,12 @@ pub struct Reach {
     pub front: u16,
     /// Behind the surface, in the hull.
     pub behind: u16,
-    /// Sideways; about one point spacing, and not under half a voxel.
+    /// Sideways; about one point spacing, a quarter of a voxel to four voxels.
     pub lateral: u16,
 }
 
 impl Reach {
-    /// The reach a model was made for, 0.7 voxels sideways.
+    /// The reach a model was made for, one voxel sideways.
     pub fn of(model: &Model<'_>) -> Self {
         let scales = &model.header().scales;
         let units = |voxels: f32| (voxels * ONE) as u16;

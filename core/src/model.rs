@@ -433,6 +433,19 @@ impl<'a> Brick<'a> {
         row.map_or(Row::default(), |&[mask, low, high]| Row { mask, before: u16::from_le_bytes([low, high]) })
     }
 
+    /// The stored voxels of the brick in order: number in the brick, and place in the grid.
+    pub fn places(&self) -> impl Iterator<Item = (usize, [u16; 3])> + use<'a> {
+        let (brick, edge) = (*self, self.edge);
+        let rows = (0..edge).flat_map(move |z| (0..edge).map(move |y| (y, z)));
+        rows.flat_map(move |(y, z)| {
+            let row = brick.row(y, z);
+            (0..edge).filter_map(move |x| {
+                let [cx, cy, cz] = brick.corner;
+                Some((row.voxel(x)?, [cx + u16::from(x), cy + u16::from(y), cz + u16::from(z)]))
+            })
+        })
+    }
+
     /// Exponents E of the modes: b' = basis · 2^-E.
     pub const fn exponents(&self) -> &'a [u8] {
         self.exponents

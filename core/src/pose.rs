@@ -1,5 +1,7 @@
 //! The pose: a similarity transform from the scan's frame and unit to the model's voxels.
 
+use crate::format::Header;
+
 /// q = s R p + t.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -34,6 +36,18 @@ impl Pose {
         scale: 1.0,
         translation: [0.0; 3],
     };
+
+    /// The pose of a scan that lies in the frame of a model's training shapes by the similarity x = s R p + t, in their
+    /// unit.
+    pub fn in_frame_of(
+        header: &Header<'_>,
+        rotation: [[f32; 3]; 3],
+        scale: f32,
+        translation: [f32; 3],
+    ) -> Self {
+        let translation = zip(translation, header.origin, |t, origin| (t - origin) / header.spacing);
+        Self { rotation, scale: scale / header.spacing, translation }
+    }
 
     /// s R p + t.
     pub fn apply(&self, p: [f32; 3]) -> [f32; 3] {

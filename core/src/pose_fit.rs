@@ -23,7 +23,7 @@
 use crate::cholesky::{packed, solve};
 use crate::cloud::Cloud;
 use crate::columns::{Column, clear_from, products, set_row};
-use crate::error::{Buffer, Error};
+use crate::error::{Buffer, Error, OptionName};
 use crate::model::Model;
 use crate::patch::eliminate_own_weights;
 use crate::pose::{Pose, dot, zip};
@@ -48,9 +48,9 @@ const FEWEST: usize = 16;
 pub struct Round {
     /// How many.
     pub iterations: u16,
-    /// Most points used: what a later round refines may be rough.
+    /// Most points used, at least 16: what a later round refines may be rough.
     pub points: usize,
-    /// Misfit scale c, class millimetres.
+    /// Misfit scale c, class millimetres; a positive number.
     pub misfit: f32,
     /// Whether the scale may change.
     pub growth: bool,
@@ -61,6 +61,17 @@ pub struct Round {
     pub own: bool,
     /// Whether the pose is tied to the one the fit began with, by the model's [`Jitter`](crate::format::Jitter).
     pub tied: bool,
+}
+
+impl Round {
+    /// Whether the fit can do this.
+    fn check(&self) -> Result<(), Error> {
+        if self.points < FEWEST {
+            return Err(Error::TooFewPoints { given: self.points as u32 });
+        }
+        let usable = self.misfit.is_normal() && self.misfit > 0.0;
+        if usable { Ok(()) } else { Err(Error::Option(OptionName::Misfit)) }
+    }
 }
 
 /// Joint with half of the points.
@@ -142,6 +153,16 @@ pub struct Agreement {
     pub on_support: u32,
 }
 
+/// Number of the `i`-th of `count` points that are evenly taken from `all`. Rounds have at least `FEWEST`, so that
+/// nothing is divided by zero.
+fn picked(i: usize, count: usize, all: usize) -> usize {
+    match i.checked_mul(all) {
+        Some(product) => product.checked_div(count).unwrap_or(0),
+        // On a processor of 32 bits; wide divisions are slow there.
+        None => (i as u64 * all as u64).checked_div(count as u64).unwrap_or(0) as usize,
+    }
+}
+
 /// A pose fit under way.
 #[derive(Debug)]
 pub struct PoseFit<'a, 'b> {
@@ -169,7 +190,7 @@ impl<'a, 'b> PoseFit<'a, 'b> {
     /// start at zero.
     ///
     /// # Errors
-    /// Too few points, a pose that is none, or a buffer too small.
+    /// Too few points, a pose that is none, rounds out of range, or a buffer too small.
     pub fn new(
         model: &'a Model<'a>,
         cloud: Cloud<'a>,
@@ -184,17 +205,18 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         if !pose.is_valid() {
             return Err(Error::Pose);
         }
+        rounds.iter().try_for_each(Round::check)?;
         let modes = model.modes();
         let buffers = PoseBuffers {
-            normal: first(buffers.normal, sums_len(modes), Buffer::Normal)?,
-            chunk: first(buffers.chunk, sums_len(modes), Buffer::Block)?,
+            normal: first(buffers.normal, sums_len(modes), Buffer::PoseSums)?,
+            chunk: first(buffers.chunk, sums_len(modes), Buffer::PoseChunk)?,
             columns: first(buffers.columns, columns_len(modes), Buffer::Columns)?,
-            weights: first(buffers.weights, modes, Buffer::Weights)?,
+            weights: first(buffers.weights, modes, Buffer::PoseWeights)?,
         };
         buffers.weights.fill(0.0);
         buffers.normal.fill(0.0);
         let count = count.min(cloud.len());
-        let points = (0..count).filter_map(|i| cloud.point(i * cloud.len() / count));
+        let points = (0..count).filter_map(|i| cloud.point(picked(i, count, cloud.len())));
         let sum = points.fold([0.0; 3], |sum, (p, _)| zip(sum, p, |a, b| a + b));
         let mean = sum.map(|s| s / count as f32);
         let agreement = Agreement::default();
@@ -293,9 +315,7 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         let columns = self.buffers.columns.get_mut(..self.rows.entries()).unwrap_or_default();
         let (mut row, mut cube, mut filled) = ([0; MOST], self.rows.cube(), 0);
         for index in points {
-            // At least FEWEST points, so never a division by zero.
-            let index = index.saturating_mul(self.cloud.len()).checked_div(count).unwrap_or(0);
-            let Some((point, _)) = self.cloud.point(index) else { continue };
+            let Some((point, _)) = self.cloud.point(picked(index, count, self.cloud.len())) else { continue };
             let Some((residual, weight)) = self.rows.fill(self.pose.apply(point), &mut cube, &mut row) else {
                 continue;
             };

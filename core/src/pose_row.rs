@@ -114,8 +114,8 @@ impl<'a> Rows<'a> {
         Cube::new(self.model, &self.weights)
     }
 
-    /// Fills the first [`Rows::entries`] entries of the row of a place `q` (voxels). Residual r and weight w where it counts; `None` off
-    /// the model, or too far from its surface. `cube` is of these rows.
+    /// Fills the first [`Rows::entries`] entries of the row of a place `q` (voxels). Residual r and weight w where it
+    /// counts; `None` off the model, or too far from its surface. `cube` is of these rows.
     pub fn fill(&self, q: [f32; 3], cube: &mut Cube<'_, '_>, row: &mut [i16; MOST]) -> Option<(f32, f32)> {
         let (distance, gradient) = match cube.find(q) {
             Some(cube) => cube.distance(),

@@ -11,6 +11,7 @@ const INLIER: f32 = 3.0;
 
 /// How a point lies to the jointly fitted surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Standing {
     /// Near it and facing its way.
     Inlier,

@@ -23,8 +23,11 @@ pub struct Progress {
     pub total: u32,
 }
 
-/// Elements each buffer must have at least; see [`Workspace`] for their types.
+/// Elements each buffer must have at least. Their types are those of the fields of [`Memory`],
+/// [`PoseBuffers`](crate::pose_fit::PoseBuffers) and [`Workspace`]; a build script that calls [`Sizes::required`] can
+/// write them as constants for statics.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Sizes {
     /// Hull targets, i16.
     pub targets: usize,
@@ -87,6 +90,27 @@ impl Sizes {
         })
     }
 
+    /// The sizes with names for constants, as a build script writes them for statics.
+    pub const fn named(&self) -> [(&'static str, usize); 15] {
+        [
+            ("TARGETS", self.targets),
+            ("WEIGHTS", self.weights),
+            ("PREVIOUS", self.previous),
+            ("RESIDUALS", self.residuals),
+            ("HULL_ROWS", self.hull_rows),
+            ("GRADIENT", self.gradient),
+            ("DENSE", self.dense),
+            ("RECIPROCALS", self.reciprocals),
+            ("NODES", self.nodes),
+            ("CELL", self.cell),
+            ("NORMAL", self.normal),
+            ("BLOCK", self.block),
+            ("GLOBAL", self.global),
+            ("POSE_SUMS", self.pose_sums),
+            ("POSE_COLUMNS", self.pose_columns),
+        ]
+    }
+
     /// Whether the memory of a completion is large enough.
     ///
     /// # Errors
@@ -94,10 +118,10 @@ impl Sizes {
     pub fn check<A: Arithmetic>(&self, memory: &Memory<'_, A>) -> Result<(), Error> {
         let Memory { pose, targets, normal, block, global, workspace: w } = memory;
         let buffers = [
-            (pose.normal.len(), self.pose_sums, Buffer::Normal),
-            (pose.chunk.len(), self.pose_sums, Buffer::Block),
+            (pose.normal.len(), self.pose_sums, Buffer::PoseSums),
+            (pose.chunk.len(), self.pose_sums, Buffer::PoseChunk),
             (pose.columns.len(), self.pose_columns, Buffer::Columns),
-            (pose.weights.len(), self.global, Buffer::Weights),
+            (pose.weights.len(), self.global, Buffer::PoseWeights),
             (targets.len(), self.targets, Buffer::Targets),
             (normal.len(), self.normal, Buffer::Normal),
             (block.len(), self.block, Buffer::Block),
@@ -116,19 +140,29 @@ impl Sizes {
         short.map_or(Ok(()), |(given, needed, name)| Err(too_small(name, needed, given)))
     }
 
-    /// Bytes of all buffers in an arithmetic.
-    pub const fn bytes<A: Arithmetic>(&self) -> usize {
-        2 * self.targets
-            + self.hull_rows
-            + size_of::<A::Weight>() * (self.weights + self.previous)
-            + size_of::<A::Residual>() * self.residuals
-            + size_of::<A::Sum>() * (self.gradient + self.dense)
-            + size_of::<A::Reciprocal>() * self.reciprocals
-            + size_of::<A::Row>() * self.cell
-            + 4 * (self.nodes + self.block)
-            + 8 * (self.normal + self.global + self.pose_sums)
-            + 4 * (self.pose_sums + self.global)
-            + 2 * PATCH * self.pose_columns
+    /// Bytes of all buffers in an arithmetic; `usize::MAX` if they are more than a `usize` can say.
+    pub fn bytes<A: Arithmetic>(&self) -> usize {
+        let buffers = [
+            (2, self.targets),
+            (1, self.hull_rows),
+            (size_of::<A::Weight>(), self.weights),
+            (size_of::<A::Weight>(), self.previous),
+            (size_of::<A::Residual>(), self.residuals),
+            (size_of::<A::Sum>(), self.gradient),
+            (size_of::<A::Sum>(), self.dense),
+            (size_of::<A::Reciprocal>(), self.reciprocals),
+            (size_of::<A::Row>(), self.cell),
+            (4, self.nodes),
+            (4, self.block),
+            (8, self.normal),
+            (8, self.global),
+            // The pose fit's, in double and in single precision.
+            (8 + 4, self.pose_sums),
+            (4, self.global),
+            (2 * PATCH, self.pose_columns),
+        ];
+        let bytes = buffers.map(|(size, elements)| elements.saturating_mul(size));
+        bytes.into_iter().fold(0, usize::saturating_add)
     }
 }
 

@@ -142,7 +142,7 @@ pub fn fit<A: Arithmetic>(
     let mut buffers = Buffers::<A>::new(&sizes);
     let mut job = Completion::new(model, points.cloud()?, *pose, settings, buffers.memory())?;
     job.run();
-    let outcome = *job.outcome()?;
+    let outcome = job.outcome()?;
     let (targets, global) = (job.hull().targets.to_vec(), job.global().to_vec());
     let shape = job.shape().to_vec();
     let local_distances = job.local().map(|fit| distances(model, fit)).unwrap_or_default();
@@ -186,17 +186,9 @@ pub fn dense(model: &Model<'_>, distances: &[i16]) -> Vec<f32> {
     let sides = model.grid().sides().map(usize::from);
     let mut volume = vec![f32::NAN; raster::len(sides)];
     for brick in model.bricks() {
-        let [cx, cy, cz] = brick.corner.map(usize::from);
-        for z in 0..brick.edge() {
-            for y in 0..brick.edge() {
-                let row = brick.row(y, z);
-                let start = raster::index(sides, [cx, cy + usize::from(y), cz + usize::from(z)]);
-                for x in 0..brick.edge() {
-                    if let Some(voxel) = row.voxel(x) {
-                        volume[start + usize::from(x)] = f32::from(distances[brick.first + voxel]) / 256.0;
-                    }
-                }
-            }
+        for (voxel, place) in brick.places() {
+            volume[raster::index(sides, place.map(usize::from))] =
+                f32::from(distances[brick.first + voxel]) / 256.0;
         }
     }
     volume

@@ -41,7 +41,7 @@ pub fn sentence(error: &Error) -> String {
 
 /// What a number has to be.
 fn option(name: OptionName) -> String {
-    let camera = match name {
+    let text = match name {
         OptionName::ImageSize => "the depth image has no pixels: give its width and height",
         OptionName::FocalLength => {
             "a focal length of the depth camera is not greater than 0: correct fx and fy"
@@ -50,7 +50,16 @@ fn option(name: OptionName) -> String {
         OptionName::DepthUnit => "the depth image's unit is not greater than 0: correct it",
         OptionName::DepthJump => "the largest step within a surface is not a length: correct it",
         OptionName::PixelStride => "the pixels' stride and reach must be at least 1: correct them",
-        _ => return format!("the option {name:?} is out of range"),
+        OptionName::Reach => "the hull's reach in front or behind is out of range: at most 7.5 voxels",
+        OptionName::Lateral => {
+            "the hull's reach sideways is out of range: a quarter of a voxel to four voxels"
+        }
+        OptionName::Ridge => "a ridge is not a positive number: correct it",
+        OptionName::Step => "a step length of the local fit is not within 0 to 1024: correct it",
+        OptionName::CloudStep => {
+            "the step of the points' coordinates is not a positive number: pack them again"
+        }
+        OptionName::Misfit => "a misfit scale of the pose's rounds is not a positive number: correct it",
     };
-    camera.into()
+    text.into()
 }

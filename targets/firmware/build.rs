@@ -34,22 +34,6 @@ fn input(variable: &str, built_in: &[u8]) -> Result<Vec<u8>, Box<dyn std::error:
 fn sizes(model: &[u8]) -> Result<String, lacuna::Error> {
     let model = Model::from_bytes(model)?;
     let schedule = Schedule { stride: model.header().stride, momentum: 0, passes: &schedule::DEFAULT };
-    let s = Sizes::required(&model, &schedule)?;
-    let sizes = [
-        ("TARGETS", s.targets),
-        ("WEIGHTS", s.weights),
-        ("RESIDUALS", s.residuals),
-        ("HULL_ROWS", s.hull_rows),
-        ("GRADIENT", s.gradient),
-        ("DENSE", s.dense),
-        ("RECIPROCALS", s.reciprocals),
-        ("NODES", s.nodes),
-        ("CELL", s.cell),
-        ("NORMAL", s.normal),
-        ("BLOCK", s.block),
-        ("GLOBAL", s.global),
-        ("POSE_SUMS", s.pose_sums),
-        ("POSE_COLUMNS", s.pose_columns),
-    ];
+    let sizes = Sizes::required(&model, &schedule)?.named();
     Ok(sizes.map(|(name, size)| format!("pub const {name}: usize = {size};\n")).concat())
 }

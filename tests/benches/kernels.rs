@@ -5,6 +5,7 @@ use lacuna::completion::{self, Settings};
 use lacuna::pose_fit::{ROUNDS, Round};
 use lacuna::{Arithmetic, Fixed, Float, HullBuilder, Reach, Sizes};
 use lacuna_host::complete::{Completion, Hint, Options, complete};
+use lacuna_host::distance::Surface;
 use lacuna_host::fit::{Buffers, Fit, dense, fit};
 use lacuna_host::io::{Format, parse};
 use lacuna_host::mesh::{Mesh, Point};
@@ -12,7 +13,6 @@ use lacuna_host::register::register;
 use lacuna_host::report;
 use lacuna_host::surface::{Volume, marching_cubes};
 use lacuna_host::synth::Head;
-use lacuna_host::train::distance::Surface;
 use lacuna_tests::{default_schedule, head_points, in_voxels, model, voxel_pose};
 
 fn main() {

@@ -11,6 +11,7 @@ use lacuna::Model;
 use lacuna_host::fit::dense;
 use lacuna_host::io;
 use lacuna_host::mesh::{Mesh, Point};
+use lacuna_host::quantile::median;
 use lacuna_host::register::icp::similarity;
 use lacuna_host::register::{refine_hint, register};
 use lacuna_host::surface::{Volume, marching_cubes};
@@ -176,10 +177,12 @@ fn row(name: &str, trials: &[&Trial]) {
     let same: Vec<&&Trial> = trials.iter().filter(|t| t.difference.same()).collect();
     let of_same =
         |pick: fn(&Difference) -> f64| -> Vec<f64> { same.iter().map(|t| pick(&t.difference)).collect() };
-    let spread = |values: Vec<f64>| [median(values.clone()), values.into_iter().fold(0.0, f64::max)];
+    let spread = |values: Vec<f64>| {
+        [median(values.clone()).unwrap_or(f64::NAN), values.into_iter().fold(0.0, f64::max)]
+    };
     let [degrees, worst] = spread(of_same(|d| d.degrees));
     let [millimetres, farthest] = spread(of_same(|d| d.millimetres));
-    let all = |pick: fn(&Trial) -> f64| median(trials.iter().map(|t| pick(t)).collect());
+    let all = |pick: fn(&Trial) -> f64| median(trials.iter().map(|t| pick(t)).collect()).unwrap_or(f64::NAN);
     println!(
         "| {name} | {} of {} | {degrees:.2}, {worst:.2} | {millimetres:.2}, {farthest:.2} | {:.3}, {:.3} | {:.3} | {:.3} |",
         same.len(),
@@ -189,11 +192,6 @@ fn row(name: &str, trials: &[&Trial]) {
         all(|t| t.seconds),
         all(|t| t.cpu)
     );
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
 /// Writes the scans in their poses, and `poses.json` with what the model looks like and where each of them is.

@@ -6,6 +6,7 @@
 use lacuna::{Fixed, Model};
 use lacuna_host::complete::{Completion, Hint, Options, complete, picture};
 use lacuna_host::io::atomic;
+use lacuna_host::quantile::median;
 use lacuna_tests::program::json;
 use lacuna_tests::sample::{Sample, heads, real};
 use lacuna_tests::seam::{largest_step, steps};
@@ -80,18 +81,17 @@ fn scans(model: &Model<'_>, samples: &[Sample], page: &Path, shown: &str) -> Str
         }
     }
     if samples.len() > 2 {
-        let _ = writeln!(out, "| **median** | | {} |", row(&columns.map(median)));
+        let _ = writeln!(
+            out,
+            "| **median** | | {} |",
+            row(&columns.map(|column| median(column).unwrap_or(f64::NAN)))
+        );
     }
     out + &format!("\n![{shown}: scan, fits, completed]({}.png)\n\n", shown.to_lowercase().replace(' ', "-"))
 }
 
 fn row(numbers: &[f64]) -> String {
     numbers.iter().map(|n| format!("{n:.2}")).collect::<Vec<_>>().join(" | ")
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
 /// Runs `lacuna evaluate` and shows its figure and its medians.

@@ -31,6 +31,11 @@ impl DeviceMemory {
         }
     }
 
+    /// The same without memory of a fit.
+    pub fn without_fit(self) -> Self {
+        Self { fit: lacuna_host::fit::Buffers::new(&Sizes::default()), ..self }
+    }
+
     /// Serves until the line ends.
     pub fn serve<P: Port>(&mut self, port: &mut P, model: &[u8]) -> Ended<P::Error> {
         let memory = self.fit.memory();

@@ -40,9 +40,7 @@ pub fn momentum_schedule(model: &Model<'_>) -> Schedule<'static> {
 
 /// From the frame of the training shapes to voxels.
 pub fn voxel_pose(model: &Model<'_>) -> Pose {
-    let header = model.header();
-    let translation = header.origin.map(|o| -o / header.spacing);
-    Pose { scale: 1.0 / header.spacing, translation, ..Pose::IDENTITY }
+    Pose::in_frame_of(model.header(), Pose::IDENTITY.rotation, 1.0, [0.0; 3])
 }
 
 /// A whole head of the built-in class, in the model's frame, one point every 2 mm.

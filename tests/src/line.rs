@@ -82,6 +82,12 @@ impl Wire {
 impl HostEnd {
     /// Starts a device with this model and room for `points`.
     pub fn start(model: Vec<u8>, points: usize, faults: Faults, seed: u64) -> Self {
+        let memory = DeviceMemory::new(&model, points);
+        Self::serving(model, memory, faults, seed)
+    }
+
+    /// Starts a device with this model and memory.
+    pub fn serving(model: Vec<u8>, memory: DeviceMemory, faults: Faults, seed: u64) -> Self {
         let wire = Wire {
             to_device: VecDeque::new(),
             to_host: VecDeque::new(),
@@ -95,7 +101,7 @@ impl HostEnd {
         };
         let shared: Shared = Arc::new((Mutex::new(wire), Condvar::new()));
         let end = DeviceEnd(shared.clone());
-        let device = std::thread::spawn(move || end.live(&model, points));
+        let device = std::thread::spawn(move || end.live(&model, memory));
         Self { shared, device: Some(device) }
     }
 
@@ -152,9 +158,8 @@ impl Link for &HostEnd {
 
 impl DeviceEnd {
     /// Serves until the host has gone; a reset is a start with other rubbish in the memory.
-    fn live(mut self, model: &[u8], points: usize) {
+    fn live(mut self, model: &[u8], mut memory: DeviceMemory) {
         let _obituary = Obituary(self.0.clone());
-        let mut memory = DeviceMemory::new(model, points);
         loop {
             memory.serve(&mut self, model);
             let mut wire = lock(&self.0);

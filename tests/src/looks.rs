@@ -2,9 +2,9 @@
 //! where it was measured.
 
 use lacuna_host::complete::merge::{INFERRED, Merged};
+use lacuna_host::distance::Surface;
 use lacuna_host::mesh::{Mesh, Point, Vector};
 use lacuna_host::surface::{Edges, boundary_edges, open_curves, path_lengths};
-use lacuna_host::train::distance::Surface;
 use std::ops::Range;
 
 /// The angle in degrees that 99 % of the edges between two inferred vertices do not bend by.

@@ -1,11 +1,11 @@
 //! Scans whose truth is known, and how far a completion is from it.
 
 use crate::degrees_between;
+use lacuna_host::distance::Surface;
 use lacuna_host::io;
 use lacuna_host::mesh::Mesh;
 use lacuna_host::register::Placed;
 use lacuna_host::synth::{Head, Kind, ScannerSettings, scan};
-use lacuna_host::train::distance::Surface;
 use nalgebra::Matrix4;
 use std::ops::RangeInclusive;
 use std::path::Path;

@@ -42,6 +42,9 @@ fn trained(name: &str, options: &[&str], shapes: Vec<PathBuf>) -> Vec<u8> {
     std::fs::create_dir_all(&models).expect("a folder for models");
     let shapes = shapes.into_iter().map(|path| std::fs::canonicalize(path).expect("a training shape"));
     let shapes: Vec<String> = shapes.map(|path| path.display().to_string()).collect();
+    // By another build of the program they may be other models.
+    let program = std::fs::read(crate::program::path()).expect("the program");
+    let name = &format!("{:08x}-{name}", lacuna::format::checksum(&program));
     let arguments = ["train", "--json", "-o", name].into_iter().chain(options.iter().copied());
     if !models.join(name).exists() {
         json(&models, &arguments.chain(shapes.iter().map(String::as_str)).collect::<Vec<_>>());

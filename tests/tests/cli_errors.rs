@@ -97,15 +97,20 @@ fn a_scan_of_another_unit_is_refused_with_its_size() {
         let folder = tempdir().unwrap();
         scaled_scan(folder.path(), factor);
         let complaint = refuses(folder.path(), &["complete", "scan.ply"]);
-        assert_says(&complaint, &["scan", "long", unit, "--unit"]);
+        assert_says(&complaint, &["scan.ply", "long", unit, "--unit"]);
     }
 }
 
 #[test]
-fn a_scan_of_another_unit_is_named() {
+fn a_pose_of_another_unit_is_refused_with_its_size() {
     let folder = tempdir().unwrap();
-    scaled_scan(folder.path(), 1e3);
-    assert_says(&refuses(folder.path(), &["complete", "scan.ply"]), &["scan.ply"]);
+    for (scale, option) in [(1e3, "--pose-hint"), (1e-3, "--pose"), (1e17, "--pose-hint")] {
+        let row = |i: usize| std::array::from_fn::<f64, 4, _>(|j| if i == j { scale } else { 0.0 });
+        let matrix = [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]];
+        std::fs::write(folder.path().join("pose.json"), format!("{matrix:?}")).unwrap();
+        let complaint = refuses(folder.path(), &["complete", option, "pose.json"]);
+        assert_says(&complaint, &["pose.json", "times as large", "--unit"]);
+    }
 }
 
 #[test]

@@ -1,9 +1,11 @@
 //! The memory a fit needs: within the budget, exactly as announced, and refused by name when one element short.
 
-use lacuna::error::Buffer;
+use lacuna::completion;
+use lacuna::error::{Buffer, OptionName};
 use lacuna::format::Unit;
-use lacuna::{Error, Fixed, Model, Schedule, Sizes};
-use lacuna_host::fit::Buffers;
+use lacuna::pose_fit::{ROUNDS, Round};
+use lacuna::{Error, Fixed, Model, Reach, Schedule, Sizes};
+use lacuna_host::fit::{Buffers, fit};
 use lacuna_host::io;
 use lacuna_host::mesh::Mesh;
 use lacuna_host::points::{OrientedPoints, thin};
@@ -45,6 +47,27 @@ fn a_fit_runs_in_exactly_the_memory_required() {
     assert_exact_buffers_do(&model, &points, momentum_schedule(&model));
 }
 
+#[test]
+fn a_round_that_the_pose_fit_cannot_do_is_refused_by_name() {
+    let model = lacuna_tests::model();
+    let points = head_points(1000).packed();
+    let refusal = |round: Round| {
+        let settings = completion::Settings {
+            reach: Reach::of(&model),
+            rounds: &[round],
+            schedule: default_schedule(&model),
+        };
+        fit::<Fixed>(&model, &points, &voxel_pose(&model), settings).expect_err("a round out of range")
+    };
+    for misfit in [0.0, -1.0, f32::NAN, f32::INFINITY, 1e-40] {
+        assert_eq!(refusal(Round { misfit, ..ROUNDS[0] }), Error::Option(OptionName::Misfit), "{misfit}");
+    }
+    for given in [0, 3, 15] {
+        let round = Round { points: given as usize, ..ROUNDS[0] };
+        assert_eq!(refusal(round), Error::TooFewPoints { given });
+    }
+}
+
 /// Takes the last element of a buffer away.
 type Shorten = fn(&mut Buffers<Fixed>);
 
@@ -55,10 +78,10 @@ fn a_buffer_one_element_short_is_refused_by_name() {
     let sizes = Sizes::required(&model, &schedule).unwrap();
     let points = head_points(1000).packed();
     let cases: [(Buffer, Shorten); 17] = [
-        (Buffer::Normal, |b| _ = b.sums.pop()),
-        (Buffer::Block, |b| _ = b.chunk.pop()),
+        (Buffer::PoseSums, |b| _ = b.sums.pop()),
+        (Buffer::PoseChunk, |b| _ = b.chunk.pop()),
         (Buffer::Columns, |b| _ = b.columns.pop()),
-        (Buffer::Weights, |b| _ = b.shape.pop()),
+        (Buffer::PoseWeights, |b| _ = b.shape.pop()),
         (Buffer::Targets, |b| _ = b.targets.pop()),
         (Buffer::Normal, |b| _ = b.normal.pop()),
         (Buffer::Block, |b| _ = b.block.pop()),

@@ -31,6 +31,21 @@ fn every_flipped_bit_is_refused() {
 }
 
 #[test]
+fn places_are_those_of_the_stored_voxels_in_their_order() {
+    let model = lacuna_tests::model();
+    let mut all = std::collections::BTreeSet::new();
+    for brick in model.bricks() {
+        let places: Vec<(usize, [u16; 3])> = brick.places().collect();
+        assert!(places.iter().map(|(voxel, _)| *voxel).eq(0..brick.voxels()));
+        for (_, place) in places {
+            assert_eq!(model.brick_at(place).map(|found| found.corner), Some(brick.corner));
+            assert!(all.insert(place), "{place:?} twice");
+        }
+    }
+    assert_eq!(all.len(), model.voxels());
+}
+
+#[test]
 fn every_truncation_is_refused() {
     for length in positions(1000) {
         let found = length as u32;

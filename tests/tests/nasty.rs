@@ -78,7 +78,7 @@ fn nothing_nasty_is_used_without_a_word() {
         let completed = bounded(here, &["complete", name, "--no-picture", "--json"]);
         assert!(warned(&completed, r#""grade": "reject""#), "complete {name}");
         assert_eq!(completed.status.success(), std::fs::remove_file(here.join("completed.ply")).is_ok());
-        assert!(warned(&bounded(here, &["register", name]), "inliers"), "register {name}");
+        assert!(warned(&bounded(here, &["register", name]), "note  "), "register {name}");
         let trained = bounded(here, &["train", name, name, "-o", "m.lacuna"]);
         assert_eq!(trained.status.code(), Some(1), "train {name}");
         assert!(!here.join("m.lacuna").exists());

@@ -70,7 +70,7 @@ fn parts_of_a_raw_head_are_completed_in_any_place_and_size() {
         assert_ne!(verdict.grade, Grade::Reject, "{name}: {:?}", verdict.reasons);
         if name == "right half" {
             assert_eq!(
-                advice(&model, &mesh, 1, verdict.pose_inliers[0]),
+                advice(&model, &mesh, 1, (verdict.pose_inliers[0], verdict.scale)),
                 None,
                 "turned round it would fit no better"
             );

@@ -3,11 +3,11 @@
 use lacuna::Fixed;
 use lacuna_host::complete::clean::clean;
 use lacuna_host::complete::{Completion, Hint, Options, complete};
+use lacuna_host::distance::Surface;
 use lacuna_host::mesh::{Mesh, Point, Vector};
 use lacuna_host::register::Placed;
 use lacuna_host::surface::keep_triangles;
 use lacuna_host::synth::{Head, Kind, ScannerSettings, scan};
-use lacuna_host::train::distance::Surface;
 use lacuna_tests::{default_schedule, model, voxel_pose};
 
 /// The triangles of `mesh` around `centre`, at least eight of them.

@@ -4,6 +4,7 @@
 use lacuna::{Arithmetic, Fixed, Float, Model};
 use lacuna_host::complete::{Completion, Hint, Options, complete};
 use lacuna_host::mesh::Mesh;
+use lacuna_host::quantile::median;
 use lacuna_host::register::register;
 use lacuna_host::surface::is_manifold;
 use lacuna_tests::sample::{Sample, heads, real};
@@ -43,7 +44,7 @@ fn unseen_heads_are_completed_in_any_pose() {
         assert!(is_manifold(&completion.merged.mesh), "{}: not a manifold", sample.name);
         all_seen.push(seen);
     }
-    let seen = median(all_seen);
+    let seen = median(all_seen).expect("scans");
     assert!(seen <= SEEN_MM, "median {seen:.3} mm on the seen parts");
 }
 
@@ -51,11 +52,6 @@ fn unseen_heads_are_completed_in_any_pose() {
 fn distances(sample: &Sample, completion: &Completion) -> [f64; 2] {
     let mesh = &completion.merged.mesh;
     [false, true].map(|missing| sample.rms_mm(mesh, |i| sample.missing[i] == missing))
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
 }
 
 #[test]
@@ -84,7 +80,7 @@ fn faces_are_completed_from_one_view_and_from_three() {
             }
         }
     }
-    let (seen, missing) = (median(all_seen), median(single));
+    let [seen, missing] = [all_seen, single].map(|values| median(values).expect("scans"));
     assert!(seen <= FACES_SEEN_MM, "median {seen:.3} mm on the seen parts");
     assert!(missing <= SINGLE_MM[0], "median {missing:.2} mm on the missing parts of single views");
 }

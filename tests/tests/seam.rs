@@ -5,6 +5,7 @@ use lacuna::{Fixed, Model};
 use lacuna_host::complete::{Completion, Hint, Options, complete};
 use lacuna_host::io;
 use lacuna_host::mesh::{Mesh, Point};
+use lacuna_host::quantile::median;
 use lacuna_host::surface::{is_manifold, keep_triangles};
 use lacuna_tests::looks::{missed, rim_roughness, sharpest_bend};
 use lacuna_tests::seam::{largest_step, rims, steps};
@@ -72,11 +73,6 @@ fn check(name: &str, model: &Model<'_>, scan: &Mesh) -> Look {
     Look { step, bend, missed }
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
-}
-
 #[test]
 fn the_example_has_no_step_no_hole_no_crumple_and_no_pit() {
     let scan = io::parse(io::Format::Ply, lacuna_fixtures::SCAN).expect("the example");
@@ -94,9 +90,9 @@ fn nine_scans_of_faces_have_no_step_no_hole_no_crumple_and_no_pit() {
         (0..3).flat_map(|t| ["front", "side", "stitched"].map(|kind| format!("target_{t:02}_{kind}")));
     let all: Vec<Look> =
         names.map(|name| check(&name, &model, &read(&scans.join(&name).join("mesh.ply")))).collect();
-    let step = median(all.iter().map(|look| look.step).collect());
-    let bend = median(all.iter().map(|look| look.bend).collect());
-    let missed = median(all.iter().map(|look| look.missed).collect());
+    let typical = |of: fn(&Look) -> f64| median(all.iter().map(of).collect()).expect("scans");
+    let (step, bend, missed) =
+        (typical(|look| look.step), typical(|look| look.bend), typical(|look| look.missed));
     println!(
         "median of the largest steps: {step:.3} mm, of the bends {bend:.1} degrees, missed {missed:.0} mm2"
     );

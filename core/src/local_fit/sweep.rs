@@ -63,8 +63,8 @@ impl<'m, A: Arithmetic> LocalFit<'m, '_, A> {
             });
             let mut places = nodes;
             for (i, place) in places.iter_mut().enumerate() {
-                let [near, far] = [0, 1].map(|side| (starts[side], halves[side]));
-                let (start, half) = if i < 4 { near } else { far };
+                let ([near, far], [near_half, far_half]) = (starts, halves);
+                let (start, half) = if i < 4 { (near, near_half) } else { (far, far_half) };
                 *place = half + place.saturating_sub(start) * modes;
             }
             for first in (0..modes).step_by(Many::<A>::MODES) {

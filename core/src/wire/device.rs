@@ -7,7 +7,7 @@ use super::desk::Desk;
 use super::frame::MAX_MESSAGE;
 use super::intake::Room;
 use super::line::{Line, LineBuffers, Patience};
-use super::message::{Begin, Identity, Info, MAX_DATA, Reply, Request};
+use super::message::{Begin, Identity, Info, Iterations, MAX_DATA, Reply, Request};
 use super::refusal::Refusal;
 use super::results::Results;
 use crate::arithmetic::Fixed;
@@ -15,6 +15,7 @@ use crate::cloud::{Cloud, Packed};
 use crate::completion::{Completion, Memory};
 use crate::error::Error;
 use crate::model::{MAX_BRICK_VOXELS, Model};
+use crate::workspace::Sizes;
 
 pub use super::line::{Ended, Port};
 
@@ -74,7 +75,11 @@ impl Default for Buffers {
 pub fn serve<P: Port>(port: &mut P, mut device: Device<'_>, buffers: &mut Buffers) -> Ended<P::Error> {
     let Buffers { line, data, brick } = buffers;
     let mut line = Line::new(port, line);
-    let model = Model::from_bytes(device.model);
+    let model = Model::from_bytes(device.model).and_then(|model| {
+        let schedule = Iterations::Varying.schedule(&model);
+        Sizes::required(&model, &schedule)?.check(&device.memory)?;
+        Ok(model)
+    });
     let info = info(&device, &model);
     let ended = match &model {
         Ok(model) => work(&mut line, Desk::new(info, device.rows.len()), model, &mut device, (data, brick)),

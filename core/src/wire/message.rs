@@ -129,11 +129,7 @@ pub struct Begin {
 impl Begin {
     /// What a completion of this scan runs with: on a device, and on a host that wants the same bits.
     pub fn settings(&self, model: &Model<'_>) -> Settings<'static> {
-        let stride = model.header().stride;
-        let schedule = match self.iterations {
-            Iterations::Varying => Schedule { stride, momentum: 0, passes: &schedule::DEFAULT },
-            Iterations::Momentum => Schedule { stride, momentum: 179, passes: &schedule::MOMENTUM },
-        };
+        let schedule = self.iterations.schedule(model);
         Settings { reach: Reach::of(model), rounds: self.hint.rounds(model), schedule }
     }
 }
@@ -154,6 +150,17 @@ pub enum Iterations {
     Varying,
     /// [`schedule::MOMENTUM`]: needs a second copy of the weights.
     Momentum,
+}
+
+impl Iterations {
+    /// Their schedule, with the stride that a model is made for.
+    pub const fn schedule(self, model: &Model<'_>) -> Schedule<'static> {
+        let stride = model.header().stride;
+        match self {
+            Self::Varying => Schedule { stride, momentum: 0, passes: &schedule::DEFAULT },
+            Self::Momentum => Schedule { stride, momentum: 179, passes: &schedule::MOMENTUM },
+        }
+    }
 }
 
 /// Which weights.

@@ -31,7 +31,7 @@ impl<'r> Results<'r> {
     /// What the fit found.
     pub fn outcome(&self) -> Reply<'static> {
         match self.job.outcome() {
-            Ok(outcome) => Reply::Outcome(*outcome),
+            Ok(outcome) => Reply::Outcome(outcome),
             Err(error) => Reply::Refused(Refusal::Core(error)),
         }
     }

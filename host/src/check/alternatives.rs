@@ -1,7 +1,7 @@
 //! A scan that does not fit: would it, turned inside out or mirrored? Asked only after a bad fit, and only told.
 
 use crate::mesh::Mesh;
-use crate::register;
+use crate::register::{self, rank::SIZES};
 use lacuna::Model;
 
 /// A change of the scan with which it fits.
@@ -14,6 +14,9 @@ pub enum Alternative {
     /// The mirror image of its coordinates, with the winding as it is: an axis was reversed in the export.
     Reversed,
 }
+
+/// A pose that explains less of a scan than this is doubted, and alternatives are looked at.
+const DOUBTFUL: f64 = 0.5;
 
 /// An alternative must explain this share of the scan, and so much more than the scan itself does.
 const CONVINCING: [f64; 2] = [0.6, 0.25];
@@ -51,13 +54,30 @@ impl Alternative {
     }
 }
 
-/// What would make a scan fit that the model explains by `inliers` only, as a sentence; none if nothing would.
-pub fn advice(model: &Model<'_>, scan: &Mesh, seed: u64, inliers: f64) -> Option<String> {
+/// What would make a scan fit, if it is doubtful whether it does in the pose that was found: `inliers` of it explained, `size`
+/// times as large as the class. As a sentence; none if nothing would, or if it fits.
+pub fn advice(model: &Model<'_>, scan: &Mesh, seed: u64, (inliers, size): (f64, f64)) -> Option<String> {
+    let inliers = explained(inliers, size);
+    if inliers >= DOUBTFUL {
+        return None;
+    }
     [Alternative::Flipped, Alternative::Mirrored, Alternative::Reversed].into_iter().find_map(|alternative| {
-        let found = register::register(model, &alternative.of(scan), seed).ok()?.inliers;
-        let convinces = found >= CONVINCING[0] && found >= inliers + CONVINCING[1];
+        let found = register::register(model, &alternative.of(scan), seed).ok()?;
+        let share = explained(found.inliers, found.placed.size(model));
+        let convinces = share >= CONVINCING[0] && share >= inliers + CONVINCING[1];
         convinces.then(|| {
-            format!("{} ({:.0} instead of {:.0} %)", alternative.advice(), 100.0 * found, 100.0 * inliers)
+            format!(
+                "{} ({:.0} instead of {:.0} % of it, in a possible size)",
+                alternative.advice(),
+                100.0 * share,
+                100.0 * inliers
+            )
         })
     })
+}
+
+/// What a pose explains of a scan, which is nothing in an impossible size: a shape of many times the size explains a scan
+/// that is inside out.
+fn explained(inliers: f64, size: f64) -> f64 {
+    if SIZES.contains(&size) { inliers } else { 0.0 }
 }

@@ -3,6 +3,7 @@
 use super::{Common, Failure, inputs, say};
 use crate::check::{self, Checked, Finding, Severity, alternatives};
 use crate::complete::clean::clean;
+use crate::complete::verdict::{self, Grade};
 use crate::io::Loaded;
 use crate::register;
 use crate::unit;
@@ -110,17 +111,13 @@ impl Check {
                 None
             }
             Ok(found) => {
-                if found.inliers < 0.25 {
-                    let share = 100.0 * found.inliers;
-                    let text =
-                        format!("the best pose explains only {share:.0} % of it: another kind of object?");
-                    checked.findings.push(refused(text));
-                }
-                if found.inliers < 0.5 {
-                    let advice = alternatives::advice(model, &scan, self.seed, found.inliers);
-                    let note = |text| Finding { severity: Severity::Note, text };
-                    checked.findings.extend(advice.map(note));
-                }
+                let note = |text| Finding { severity: Severity::Note, text };
+                let scale = found.placed.size(model);
+                let odd = verdict::scene(found.inliers).into_iter().chain(verdict::size(scale));
+                let finding = |(grade, text)| if grade == Grade::Reject { refused(text) } else { note(text) };
+                checked.findings.extend(odd.map(finding));
+                let advice = alternatives::advice(model, &scan, self.seed, (found.inliers, scale));
+                checked.findings.extend(advice.map(note));
                 Some(found.inliers)
             }
         }

@@ -108,7 +108,7 @@ impl Complete {
                 model,
                 &completion.scan,
                 self.subject.seed,
-                inliers.max(runner_up),
+                (inliers.max(runner_up), verdict.scale),
             ));
         }
     }
@@ -194,7 +194,7 @@ impl Complete {
         let mut out = PlyOut::new(&mesh);
         out.colours = Some(&colours);
         out.labels = Some(&merged.labels);
-        out.distances_mm = Some(&distances);
+        out.distances = Some(&distances);
         out.comments = comments(completion, model);
         if !expected.is_empty() {
             out.properties.push(("expected_error", &expected));

@@ -1,8 +1,8 @@
 //! What several subcommands read: models, scans, units, poses.
 
 use super::Failure;
-use crate::check;
 use crate::check::alternatives::Alternative;
+use crate::check::{self, size};
 use crate::complete::depth_rows::DepthImage;
 use crate::io::{self, Loaded};
 use crate::mesh::{Mesh, Point};
@@ -158,6 +158,14 @@ pub fn pose(text: &str, model: &Model<'_>) -> Result<Placed, Failure> {
     let error = (rotation * rotation.transpose() - nalgebra::Matrix3::identity()).norm();
     if !scale.is_finite() || scale <= 0.0 || error > 1e-3 {
         return Err(format!("{text}: the matrix is not a rotation with a positive scale").into());
+    }
+    if !(1.0 / size::LIMIT..=size::LIMIT).contains(&scale) {
+        return Err(format!(
+            "{text}: the matrix makes the scan {scale:.4e} times as large, a model's scans differ from it by at most a \
+             factor of {}: is the matrix from the scan (in the model's unit, see --unit) to the model?",
+            size::LIMIT
+        )
+        .into());
     }
     let header = model.header();
     let spacing = f64::from(header.spacing);

@@ -22,6 +22,19 @@ pub struct Inspect {
     /// How many modes to draw
     #[arg(long, default_value_t = 4, value_name = "N", requires = "modes", value_parser = clap::value_parser!(u8).range(1..=127))]
     first: u8,
+    /// Also write the sizes of a fit's buffers as constants for the statics of a firmware
+    #[arg(long, value_name = "FILE")]
+    rust: Option<PathBuf>,
+}
+
+/// The sizes of a fit's buffers as a Rust file.
+fn constants(model: &Model<'_>) -> Result<String, Failure> {
+    let schedule = Schedule { stride: model.header().stride, momentum: 0, passes: &schedule::DEFAULT };
+    let sizes =
+        Sizes::required(model, &schedule).map_err(|error| format!("the model {}", sentence(&error)))?;
+    let head = format!("// Elements of the buffers of a fit with the model {:08x}.\n", model.checksum());
+    let lines = sizes.named().map(|(name, size)| format!("pub const {name}: usize = {size};\n"));
+    Ok(head + &lines.concat())
 }
 
 /// Width and height of a drawn mode, pixels.
@@ -76,6 +89,10 @@ impl Inspect {
         if let Some(path) = &self.modes {
             let png = modes::draw(&model, usize::from(self.first), PANEL[0], PANEL[1]).png()?;
             io::atomic::write(path, |file| file.write_all(&png))?;
+        }
+        if let Some(path) = &self.rust {
+            let text = constants(&model)?;
+            io::atomic::write(path, |file| file.write_all(text.as_bytes()))?;
         }
         if common.json {
             say(&serde_json::to_string_pretty(&report)?);

@@ -5,6 +5,7 @@ use super::{Common, Failure, say};
 use crate::check::alternatives;
 use crate::complete::clean::clean;
 use crate::complete::start::thinned;
+use crate::complete::verdict;
 use crate::{io, register};
 use lacuna::pose_fit;
 use std::path::PathBuf;
@@ -31,17 +32,6 @@ struct Report {
     notes: Vec<String>,
 }
 
-/// A pose that explains less of the scan is looked into.
-const DOUBTFUL: f64 = 0.5;
-
-/// What a pose that explains hardly anything means: as for the verdict of a completion.
-fn strange(inliers: f64) -> Option<String> {
-    let text = || {
-        format!("the best pose explains only {:.0} % of the scan: another kind of object?", 100.0 * inliers)
-    };
-    (inliers < 0.25).then(text)
-}
-
 impl Register {
     /// Runs the subcommand.
     pub fn run(&self, common: &Common) -> Result<(), Failure> {
@@ -58,18 +48,16 @@ impl Register {
             let bytes = thinned.points.packed().to_bytes(&thinned.rough.pose, false);
             io::atomic::write(path, |file| file.write_all(&bytes))?;
         }
-        let advice = if found.inliers < DOUBTFUL {
-            alternatives::advice(&model, &scan, self.subject.seed, found.inliers)
-        } else {
-            None
-        };
+        let scale = found.placed.size(&model);
+        let odd = verdict::scene(found.inliers).into_iter().chain(verdict::size(scale)).map(|(_, text)| text);
+        let advice = alternatives::advice(&model, &scan, self.subject.seed, (found.inliers, scale));
         let report = Report {
             scan_to_model: inputs::matrix(&found.placed, &model),
-            scale: 1.0 / (f64::from(found.placed.pose.scale) * f64::from(model.header().spacing)),
+            scale,
             inlier_share: found.inliers,
             runner_up: found.runner_up,
             seconds,
-            notes: notes.into_iter().chain(advice).chain(strange(found.inliers)).collect(),
+            notes: notes.into_iter().chain(odd).chain(advice).collect(),
         };
         if common.json {
             say(&serde_json::to_string_pretty(&report)?);

@@ -26,7 +26,7 @@ pub struct Train {
     #[arg(long, value_parser = positive)]
     spacing: Option<f64>,
     /// Most modes to keep [default: one less than the shapes]
-    #[arg(long, default_value_t = 127, value_parser = clap::value_parser!(u8).range(1..=127))]
+    #[arg(long, default_value_t = 127, hide_default_value = true, value_parser = clap::value_parser!(u8).range(1..=127))]
     modes: u8,
     /// Voxels between the nodes of the weight field, 1 to 4 [default: about 10 mm of a face]
     #[arg(long, value_parser = clap::value_parser!(u8).range(1..=4))]

@@ -80,8 +80,11 @@ impl Report {
         lines.extend([
             format!("shapes          {} of class {}, {}", self.shapes, self.class, self.pose(symbol)),
             format!(
-                "model           {} modes, {} voxels of {} {symbol}",
-                self.modes, self.voxels, self.spacing
+                "model           {} mode{}, {} voxels of {} {symbol}",
+                self.modes,
+                if self.modes == 1 { "" } else { "s" },
+                self.voxels,
+                self.spacing
             ),
             format!(
                 "file            {} ({:.2} MiB, {:.1} s)",

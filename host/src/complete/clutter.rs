@@ -2,9 +2,9 @@
 //! and kept as pieces of their own where the user asks for it.
 
 use super::merge::Merged;
+use crate::distance::Surface;
 use crate::mesh::Mesh;
 use crate::surface::keep_triangles;
-use crate::train::distance::Surface;
 use rayon::prelude::*;
 
 /// Label of a vertex of the scan that is not part of the class.

@@ -1,9 +1,9 @@
 //! A dense volume of fitted distances.
 
+use crate::distance::Surface;
 use crate::mesh::{Point, Vector};
 use crate::raster;
 use crate::register::Placed;
-use crate::train::distance::Surface;
 use lacuna::sample;
 
 /// Gradient of a distance below which it has hardly a direction; a distance's own is 1.

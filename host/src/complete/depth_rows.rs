@@ -135,7 +135,7 @@ fn points(frame: &Frame, step: f32, depth: &[u16]) -> Result<Vec<lacuna::cloud::
     Ok(all)
 }
 
-/// As [`start`](super::start), with the points of a depth image in place of those of its mesh.
+/// As [`start`](fn@super::start), with the points of a depth image in place of those of its mesh.
 ///
 /// # Errors
 /// A scan that does not fit the model.

@@ -41,6 +41,7 @@ pub fn diffuse(
     let mut measured = local.mark(points, 1, |voxel, point| (voxel - point).norm() <= NEAR);
     let unsettled = unsettled(local, global, &mut measured, reach, scan);
     let deviation = |(i, (l, g)): (usize, (&f32, &f32))| {
+        // Not simply zero: where one of both is unknown, so is the deviation.
         if unsettled[i] && !measured[i] { (l - g) * 0.0 } else { l - g }
     };
     let fitted: Vec<f32> = local.values.iter().zip(&global.values).enumerate().map(deviation).collect();

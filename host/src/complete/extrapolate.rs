@@ -1,10 +1,10 @@
 //! Fitted distances beyond the voxels that the model stores: by its far field, straight on, and by the scan itself.
 
 use super::dense::Dense;
+use crate::distance::Surface;
 use crate::fit::dense;
 use crate::mesh::Point;
 use crate::register::Placed;
-use crate::train::distance::Surface;
 use lacuna::{Model, sample};
 use rayon::prelude::*;
 

@@ -4,9 +4,9 @@
 //! has measured surface next to it is moved there; the motion fades out into the inferred part, so that there
 //! is no step at the seam. The mesh stays the manifold that the extraction made.
 
+use crate::distance::Surface;
 use crate::mesh::{Mesh, Point, Vector};
 use crate::surface::carry;
-use crate::train::distance::Surface;
 use rayon::prelude::*;
 
 /// Label of a vertex that was moved onto the scan.
@@ -41,7 +41,7 @@ pub struct Merged {
 pub struct Limits {
     /// Farthest motion onto the scan, scan units.
     pub motion: f64,
-    /// Farthest sideways part of it: positive for clouds, whose every point has a border.
+    /// Farthest sideways part of it, for clouds, whose every point has a border; none for meshes.
     pub sideways: Option<f64>,
     /// Largest step at the seam, scan units: a measured vertex that stands out farther from inferred neighbours is
     /// a stray of the scan's ragged border.

@@ -17,13 +17,13 @@ pub mod unsettled;
 pub mod verdict;
 pub mod zero_level;
 
+use crate::distance::Surface;
 use crate::fit::{Fit, fit};
 use crate::mesh::{Mesh, Point};
 use crate::points::{OrientedPoints, thin};
 use crate::register::{self, Placed};
 use crate::sentence::sentence;
 use crate::surface::fair;
-use crate::train::distance::Surface;
 use crate::uncertainty::cues::{Cue, cues};
 use crate::uncertainty::hidden;
 use crate::uncertainty::posterior::Posterior;
@@ -154,7 +154,7 @@ pub fn complete_by(
     let points = without_clutter(model, &start, &fit);
     let centred = Placed { centre: Point::origin(), ..placed };
     let field = Dense::new(model, &fit.local_distances);
-    let agreement = agreement(&field, &points, &centred, model);
+    let agreement = agreement(&field, (&points, start.points.points.len()), &centred, model);
     let global_field = Dense::new(model, &fit.global_distances);
     let (global, local) = (global_field.surface(&placed, 1), field.surface(&placed, 1));
     let voxels: Vec<Point> = points.points.iter().map(|p| centred.to_model(p)).collect();
@@ -314,16 +314,21 @@ fn class_millimetre(model: &Model<'_>, placed: &Placed) -> f64 {
 
 /// How the points lie on the fitted surface.
 struct Agreement {
-    /// Share of the points near the model that are within two class millimetres.
+    /// Share of the points near the model, clutter aside, that are within two class millimetres.
     inliers: f64,
     /// Their root mean square distance, voxels.
     rms: f64,
-    /// Share of the points where the model stores nothing.
+    /// Share of all points, clutter among them, that lie where the model stores nothing.
     outside: f64,
 }
 
-/// How the hull's points lie on the fitted surface.
-fn agreement(field: &Dense, points: &OrientedPoints, placed: &Placed, model: &Model<'_>) -> Agreement {
+/// How the points of the hull, of `all` in the scan, lie on the fitted surface.
+fn agreement(
+    field: &Dense,
+    (points, all): (&OrientedPoints, usize),
+    placed: &Placed,
+    model: &Model<'_>,
+) -> Agreement {
     let reach = 2.0 * f64::from(model.header().scales.millimetre);
     let (mut near, mut inliers, mut squares) = (0usize, 0usize, 0.0);
     for point in &points.points {
@@ -336,11 +341,10 @@ fn agreement(field: &Dense, points: &OrientedPoints, placed: &Placed, model: &Mo
             }
         }
     }
-    let total = points.points.len().max(1) as f64;
     Agreement {
         inliers: inliers as f64 / near.max(1) as f64,
         rms: (squares / inliers.max(1) as f64).sqrt(),
-        outside: 1.0 - near as f64 / total,
+        outside: (points.points.len() - near) as f64 / all.max(1) as f64,
     }
 }
 
@@ -371,7 +375,7 @@ fn judge(
         inferred_share: inferred / f64::max(total, f64::MIN_POSITIVE),
         inferred_area: inferred,
         weight_norm: (squares / fit.global.len().max(1) as f64).sqrt(),
-        scale: 1.0 / (f64::from(placed.pose.scale) * f64::from(model.header().spacing)),
+        scale: placed.size(model),
         pose_inliers: [
             used * f64::from(fit.outcome.inliers) / start.points.points.len().max(1) as f64,
             start.runner_up,

@@ -118,8 +118,8 @@ pub fn thinned(model: &Model<'_>, scan: &Mesh, known: &Placed, hint: pose_fit::H
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::distance::Surface;
     use crate::synth::Head;
-    use crate::train::distance::Surface;
     use lacuna::Pose;
 
     /// The pose in which the heads of the built-in class lie, moved by some voxels.

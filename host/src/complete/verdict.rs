@@ -28,7 +28,8 @@ pub struct Verdict {
     /// Share of the scan's points that lie where the model stores nothing. What was left out of the completed mesh, by area,
     /// is the clutter's.
     pub outside_share: f64,
-    /// Root mean square distance of those points from the fitted surface before it is moved onto the scan.
+    /// Root mean square distance of the points counted by `inlier_share` from the fitted surface, before it is moved onto
+    /// the scan.
     pub seen_rms: f64,
     /// Share of the completed surface that was inferred, by area.
     pub inferred_share: f64,
@@ -75,12 +76,40 @@ struct Findings {
 }
 
 impl Findings {
+    fn extend(&mut self, finding: Option<(Grade, String)>) {
+        if let Some((grade, reason)) = finding {
+            self.add(true, grade, reason);
+        }
+    }
+
     fn add(&mut self, found: bool, grade: Grade, reason: String) {
         if found {
             self.reasons.push(reason);
             self.grade = self.grade.max(grade);
         }
     }
+}
+
+/// What it means, for a scan of which a pose explains so little; none where that is enough.
+pub fn scene(pose: f64) -> Option<(Grade, String)> {
+    let grade = if pose < LEAST_POSE { Grade::Reject } else { Grade::Check };
+    let share = percent(pose);
+    (pose < SCENE).then(|| {
+        (
+            grade,
+            format!("only {share} of the scan lies on the fitted shape: another kind of object, or a scene?"),
+        )
+    })
+}
+
+/// What is to be said about a scan of which the pose says that it is so many times as large as the class; none where that
+/// is usual.
+pub fn size(scale: f64) -> Option<(Grade, String)> {
+    let grade = if SIZES.contains(&scale) { Grade::Check } else { Grade::Reject };
+    let usual = (0.75..1.34).contains(&scale);
+    (!usual).then(|| {
+        (grade, format!("the scan is {scale:.2} times the size of the class: is the unit right, does it face outwards?"))
+    })
 }
 
 impl Verdict {
@@ -90,23 +119,16 @@ impl Verdict {
         self.judge_pose(&mut findings);
         self.judge_fit(&mut findings, millimetre);
         self.judge_unseen(&mut findings, millimetre);
-        self.judge_size(&mut findings);
+        findings.extend(size(self.scale));
         (self.grade, self.reasons) = (findings.grade, findings.reasons);
         self
     }
 
     fn judge_pose(&self, findings: &mut Findings) {
         let [pose, runner_up] = self.pose_inliers;
-        // Points that are no clutter, near the model or not, and what of them the pose explains.
+        findings.extend(scene(pose));
+        // Of the points that do not lie where the model stores nothing.
         let explained = pose / f64::max(1.0 - self.outside_share, f64::MIN_POSITIVE);
-        findings.add(
-            pose < SCENE,
-            if pose < LEAST_POSE { Grade::Reject } else { Grade::Check },
-            format!(
-                "only {} of the scan lies on the fitted shape: another kind of object, or a scene?",
-                percent(pose)
-            ),
-        );
         findings.add(
             explained < LEAST_EXPLAINED,
             Grade::Reject,
@@ -172,15 +194,6 @@ impl Verdict {
             vague > VAGUEST * millimetre,
             Grade::Check,
             format!("half of what was not seen is expected to be off by {vague:.1} or more"),
-        );
-    }
-
-    fn judge_size(&self, findings: &mut Findings) {
-        let impossible = !SIZES.contains(&self.scale);
-        findings.add(
-            !(0.75..1.34).contains(&self.scale),
-            if impossible { Grade::Reject } else { Grade::Check },
-            format!("the scan is {:.2} times the size of the class: is the unit right?", self.scale),
         );
     }
 }

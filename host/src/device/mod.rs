@@ -1,7 +1,7 @@
 //! The host's end of the [wire protocol](lacuna::wire): lets a device complete a scan.
 //!
 //! A [`Link`] carries bytes, a [`Client`] gets an answer to a request whatever happens to the frames,
-//! [`run`] brings a scan to its results whatever happens to the device.
+//! [`run`](fn@run) brings a scan to its results whatever happens to the device.
 
 mod client;
 mod link;

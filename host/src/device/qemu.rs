@@ -35,7 +35,7 @@ pub enum Error {
         folder: &'static str,
     },
     /// No emulator.
-    #[error("{0} is neither in PATH nor in ~/.local/share/bare/bin: install QEMU for Arm and RISC-V")]
+    #[error("{0} is not in PATH: install QEMU for Arm and RISC-V")]
     NoQemu(&'static str),
     /// It does not start.
     #[error("QEMU did not start: {0}")]

@@ -105,27 +105,35 @@ fn fetch<L: Link>(
 ) -> Result<Results, Error> {
     let Reply::Outcome(outcome) = client.ask(&Request::Outcome)? else { return Err(Error::Unexpected) };
     let shape =
-        weights(client, Vector::Shape)?.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
-    let global =
-        weights(client, Vector::Global)?.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect();
+        weights(client, model, Vector::Shape)?.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
+    let global = weights(client, model, Vector::Global)?
+        .as_chunks()
+        .0
+        .iter()
+        .map(|b| f64::from_le_bytes(*b))
+        .collect();
     let distances = distances(client, model, watch)?;
     let Reply::Counters(counters) = client.ask(&Request::Counters)? else { return Err(Error::Unexpected) };
     Ok(Results { outcome, shape, global, distances, counters })
 }
 
 /// All bytes of a weight vector.
-fn weights<L: Link>(client: &mut Client<L>, of: Vector) -> Result<Vec<u8>, Error> {
-    let size = match of {
-        Vector::Shape => 4,
-        Vector::Global => 8,
-        Vector::Nodes => 2,
+fn weights<L: Link>(client: &mut Client<L>, model: &Model<'_>, of: Vector) -> Result<Vec<u8>, Error> {
+    // A voxel is between eight nodes, so that there are no more than eight times as many.
+    let (size, most) = match of {
+        Vector::Shape => (4, 1),
+        Vector::Global => (8, 1),
+        Vector::Nodes => (2, 8 * model.voxels()),
     };
+    let most = most.saturating_mul(size * model.modes());
     let mut all: Vec<u8> = vec![];
     loop {
         let first = (all.len() / size) as u32;
         match client.ask(&Request::Weights { of, first })? {
             Reply::Data { bytes: [], .. } => return Ok(all),
-            Reply::Data { first: from, bytes } if from == first => all.extend(bytes),
+            Reply::Data { first: from, bytes } if from == first && all.len() + bytes.len() <= most => {
+                all.extend(bytes);
+            }
             _ => return Err(Error::Unexpected),
         }
     }

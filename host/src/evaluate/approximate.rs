@@ -4,12 +4,12 @@ use super::digest::digest_of;
 use super::whole::{Whole, volume};
 use super::{Error, Method, Score, Scores, Settings, fit, score};
 use crate::correspondence::Correspondence;
+use crate::distance::Surface;
 use crate::io::{self, PlyOut};
 use crate::mesh::{Mesh, Point, Vector};
 use crate::points::thin;
 use crate::register::{Placed, refine_hint, refine_whole, register};
 use crate::surface::{Volume, largest_component, marching_cubes};
-use crate::train::distance::Surface;
 use crate::train::prepared::Prepared;
 use crate::train::volume::sample;
 use crate::verify::voxel_pose;
@@ -86,7 +86,7 @@ pub struct Models<'a> {
     pub correspondence: Option<Correspondence>,
 }
 
-/// Hull points are this far apart, voxels: as for completions.
+/// Hull points are this far apart, voxels: a little closer together than for completions.
 const HULL_CELL: f64 = 0.4;
 
 impl Models<'_> {

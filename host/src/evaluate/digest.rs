@@ -1,15 +1,19 @@
 //! Digests of what results depend on.
 
 use crate::mesh::Mesh;
-use crc::{CRC_32_ISO_HDLC, Crc};
-
-static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+use lacuna::format::Digest;
 
 /// CRC-32 of a sequence of pieces.
 pub fn digest(pieces: impl IntoIterator<Item: AsRef<[u8]>>) -> u32 {
-    let mut sum = CRC.digest();
-    pieces.into_iter().for_each(|piece| sum.update(piece.as_ref()));
-    sum.finalize()
+    let mut sum = Digest::new();
+    pieces.into_iter().for_each(|piece| sum.add(piece.as_ref()));
+    sum.value()
+}
+
+/// CRC-32 of this program: another build may compute other results.
+pub fn of_program() -> u32 {
+    let file = std::env::current_exe().and_then(std::fs::read);
+    file.map_or(0, |bytes| digest([bytes]))
 }
 
 /// CRC-32 of a mesh's coordinates and triangles.

@@ -51,7 +51,7 @@ pub struct Method {
 const FIRST_KERNEL: f64 = 65.0;
 /// Side of the last kernel for complete shapes, class millimetres.
 const LAST_KERNEL: f64 = 2.5;
-/// Iterations of the printed scheme: as many as Lacuna's, so that the comparison is about the scheme.
+/// Iterations of the printed scheme: as many as of Lacuna's with momentum, so that the comparison is about the scheme.
 const ITERATIONS: usize = 24;
 /// Rounds of the fixed point at most, and the change of a weight at which it has arrived.
 const ROUNDS: (usize, f64) = (500, 1e-4);

@@ -18,12 +18,13 @@ pub use approximate::{Approximation, PoseMode, Target};
 pub use draw::{draw, draws};
 pub use method::{Fields, Method, Smooth, Solver, fit};
 pub use plot::figure;
-pub use score::{Score, quantile, score};
+pub use score::{Score, score};
 pub use state::State;
 pub use summary::{Quartiles, Row, Summary, missed};
 
 use crate::io;
 use crate::mesh::Mesh;
+use crate::sentence::sentence;
 use crate::train::prepared::Prepared;
 use crate::{correspondence::Correspondence, train};
 use approximate::Models;
@@ -94,13 +95,13 @@ pub enum Error {
     #[error(transparent)]
     Train(#[from] train::Error),
     /// A model the core refuses.
-    #[error("the trained model is refused: {0:?}")]
+    #[error("the trained model {text}", text = sentence(.0))]
     Model(lacuna::Error),
     /// A target that cannot be registered.
     #[error("target {0}: {1}")]
     Register(String, crate::register::Error),
     /// A target that cannot be fitted.
-    #[error("target {0}: the fit was refused: {1:?}")]
+    #[error("target {0}: the fit was refused: {text}", text = sentence(.1))]
     Fit(String, lacuna::Error),
     /// Nothing to score.
     #[error(
@@ -145,11 +146,11 @@ impl Evaluation {
         Ok(State::open(folder, self.key(settings))?)
     }
 
-    /// A digest of the shapes and of all settings a result depends on.
+    /// A digest of the program, the shapes and all settings a result depends on.
     fn key(&self, settings: &Settings) -> u32 {
         let t = &settings.train;
         let chosen = serde_json::json!([
-            env!("CARGO_PKG_VERSION"),
+            digest::of_program(),
             settings.seed,
             settings.pose,
             settings.method,

@@ -1,6 +1,7 @@
 //! Figure 2 as a drawing: boxes of the quartiles over the number of training shapes, a dot at the median.
 
-use super::{Approximation, Record, quantile};
+use super::{Approximation, Record};
+use crate::quantile::quantile;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use std::collections::BTreeMap;

@@ -1,8 +1,9 @@
 //! How far a surface is from a complete target.
 
+use crate::distance::Surface;
 use crate::mesh::Mesh;
+use crate::quantile::quantile;
 use crate::surface::largest_component;
-use crate::train::distance::Surface;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -15,25 +16,22 @@ pub struct Score {
     pub p95: f64,
 }
 
+impl Score {
+    /// The score of distances, none of which is negative; `None` of nothing.
+    pub fn of(mut distances: Vec<f64>) -> Option<Self> {
+        distances.sort_by(f64::total_cmp);
+        let p95 = quantile(&distances, 0.95)?;
+        let squares: f64 = distances.iter().map(|d| d * d).sum();
+        Some(Self { rms: (squares / distances.len() as f64).sqrt(), p95 })
+    }
+}
+
 /// Scores the largest piece of a surface. Vertices whose closest point is on the target's border are left out;
 /// `None` where no vertex is left.
 pub fn score(result: &Mesh, target: &Surface) -> Option<Score> {
     let piece = largest_component(result);
     let distance = |p| target.distance(p, f64::INFINITY).filter(|found| !found.on_border);
-    let mut sizes: Vec<f64> =
-        piece.points.par_iter().filter_map(|p| Some(distance(p)?.value.abs())).collect();
-    sizes.sort_by(f64::total_cmp);
-    let p95 = quantile(&sizes, 0.95)?;
-    let squares: f64 = sizes.iter().map(|d| d * d).sum();
-    Some(Score { rms: (squares / sizes.len() as f64).sqrt(), p95 })
-}
-
-/// The value below which a share of ascending values lies, linear between neighbours; `None` without values.
-pub fn quantile(ascending: &[f64], share: f64) -> Option<f64> {
-    let last = ascending.len().checked_sub(1)?;
-    let at = share.clamp(0.0, 1.0) * last as f64;
-    let (low, high) = (ascending[at.floor() as usize], ascending[at.ceil() as usize]);
-    Some(low + (high - low) * at.fract())
+    Score::of(piece.points.par_iter().filter_map(|p| Some(distance(p)?.value.abs())).collect())
 }
 
 #[cfg(test)]
@@ -70,12 +68,5 @@ mod tests {
         result.points.extend([[0., 0., 9.], [1., 0., 9.], [0., 1., 9.]].map(Point::from));
         result.triangles.push([4, 5, 6]);
         assert_eq!(score(&result, &target).unwrap().rms, 1.0);
-    }
-
-    #[test]
-    fn quantiles_are_linear_between_values() {
-        assert_eq!(quantile(&[1.0, 2.0, 4.0], 0.5), Some(2.0));
-        assert_eq!(quantile(&[1.0, 2.0, 4.0], 0.75), Some(3.0));
-        assert_eq!(quantile(&[], 0.5), None);
     }
 }

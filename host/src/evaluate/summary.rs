@@ -1,7 +1,7 @@
 //! Medians and quartiles over draws and targets.
 
-use super::score::quantile;
 use super::{Approximation, Record, Score};
+use crate::quantile::quantile;
 use serde::Serialize;
 use std::collections::BTreeMap;
 

@@ -14,7 +14,7 @@ use crate::mesh::Mesh;
 /// use lacuna_host::{io, mesh::{Mesh, Point}};
 /// let mesh = Mesh { points: vec![Point::new(1.0, 2.0, 3.0)], ..Mesh::default() };
 /// let mut out = io::PlyOut::new(&mesh);
-/// out.distances_mm = Some(&[0.25]);
+/// out.distances = Some(&[0.25]);
 /// out.comments.push("completed from a frontal scan".into());
 /// let path = tempfile::tempdir()?.keep().join("face.ply");
 /// io::write_ply(&path, &out)?;
@@ -30,8 +30,8 @@ pub struct PlyOut<'a> {
     pub colours: Option<&'a [[u8; 3]]>,
     /// A class, as `uchar label`: measured or inferred, for example.
     pub labels: Option<&'a [u8]>,
-    /// The distance to the scan as `float distance`, millimetres.
-    pub distances_mm: Option<&'a [f32]>,
+    /// The distance to the scan as `float distance`, in the unit of the points.
+    pub distances: Option<&'a [f32]>,
     /// Further `float` properties by name.
     pub properties: Vec<(&'a str, &'a [f32])>,
     /// Where the file comes from; every line of text is a `comment` of the header.
@@ -53,15 +53,12 @@ impl<'a> PlyOut<'a> {
     /// A mesh and nothing else.
     pub fn new(mesh: &'a Mesh) -> Self {
         let (properties, comments) = (Vec::new(), Vec::new());
-        Self { mesh, colours: None, labels: None, distances_mm: None, properties, comments }
+        Self { mesh, colours: None, labels: None, distances: None, properties, comments }
     }
 
     /// All float properties beyond position and normal.
     fn floats(&self) -> impl Iterator<Item = (&'a str, &'a [f32])> {
-        self.distances_mm
-            .map(|values| ("distance", values))
-            .into_iter()
-            .chain(self.properties.iter().copied())
+        self.distances.map(|values| ("distance", values)).into_iter().chain(self.properties.iter().copied())
     }
 
     fn check(&self) -> Result<(), Problem> {
@@ -201,7 +198,7 @@ mod tests {
         let mut out = PlyOut::new(&mesh);
         out.colours = Some(&[[1, 2, 3]; 3]);
         out.labels = Some(&[7; 3]);
-        out.distances_mm = Some(&[0.5; 3]);
+        out.distances = Some(&[0.5; 3]);
         out.properties = vec![("sigma", &[2.0; 3])];
         out.comments = vec!["first\r\nsecond".into(), "third".into()];
         let header = "ply\nformat binary_little_endian 1.0\ncomment first\ncomment second\ncomment third\n\

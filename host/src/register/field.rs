@@ -1,10 +1,10 @@
 //! What a scan is registered to: signed distances and directions on a coarse grid, and oriented points of the
 //! surface, in voxels.
 
+use crate::distance::Surface;
 use crate::mesh::{Point, Vector};
 use crate::points::{OrientedPoints, thin};
 use crate::surface::{Volume, marching_cubes};
-use crate::train::distance::Surface;
 use crate::train::volume::{Lattice, sample};
 use lacuna::{Model, sample::far};
 

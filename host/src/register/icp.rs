@@ -2,9 +2,9 @@
 //! squared distance (paper, section 3.1; closed form of Umeyama 1991). Pairs across a border or between
 //! surfaces that face different ways are left out; taking both directions keeps the scale from shrinking.
 
+use crate::distance::Surface;
 use crate::mesh::{Point, Vector};
 use crate::points::OrientedPoints;
-use crate::train::distance::Surface;
 use nalgebra::{Matrix3, Rotation3, Similarity3, Translation3, UnitQuaternion};
 use rayon::prelude::*;
 

@@ -29,7 +29,8 @@ pub fn refined(model: &Model<'_>, points: &OrientedPoints, candidates: &[Candida
     candidates.par_iter().filter_map(joint).collect()
 }
 
-/// The pose refined with about `MANY` of the points that may belong to the class, and what it explains of all points. Every n-th point is taken: two poses that nearly agree are refined with the same points.
+/// The pose refined with about `MANY` of the points that may belong to the class, and what it explains of all points.
+/// Every n-th point is taken: two poses that nearly agree are refined with the same points.
 pub fn settled(
     model: &Model<'_>,
     field: &Field,

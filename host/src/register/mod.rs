@@ -91,6 +91,11 @@ impl Placed {
         Point::from(Vector::from(q.map(f64::from)))
     }
 
+    /// Size of the scan in terms of the class's: scan units a model unit.
+    pub fn size(&self, model: &Model<'_>) -> f64 {
+        1.0 / (f64::from(self.pose.scale) * f64::from(model.header().spacing))
+    }
+
     /// The same place for points around another centre.
     pub fn about(&self, centre: Point) -> Self {
         let translation = self.to_model(&centre).coords.map(|c| c as f32).into();
@@ -151,9 +156,9 @@ pub fn register(model: &Model<'_>, scan: &Mesh, seed: u64) -> Result<Registratio
         }
     }
     let [finals, rest] = finals(&field, possible(ranked), FINALS);
-    let finals: Result<Vec<Scored>, _> =
-        finals.par_iter().map(|other| settled(model, &field, &points, other.pose)).collect();
-    let mut finals = finals?;
+    // One that drifts off the model on the way leaves the others.
+    let finals = finals.par_iter().map(|other| settled(model, &field, &points, other.pose).ok());
+    let mut finals: Vec<Scored> = finals.flatten().collect();
     finals.sort_by(|a, b| b.explained.total_cmp(&a.explained));
     let Some((best, others)) = finals.split_first() else { return Err(Error::NoMatch) };
     let runner_up = next_best(&field, best, others.iter().chain(&rest));

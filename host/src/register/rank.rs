@@ -26,6 +26,7 @@ pub struct Scored {
 
 /// A pose that explains so much, when the next best explains at most so much of that, needs no longer search.
 const CONVINCING: [f64; 2] = [0.8, 0.8];
+
 /// Whether the best of the poses explains enough, and enough more than the next one.
 pub fn convincing(field: &Field, ranked: &[Scored]) -> bool {
     let Some((best, others)) = ranked.split_first() else { return false };
@@ -36,7 +37,8 @@ pub fn convincing(field: &Field, ranked: &[Scored]) -> bool {
 /// without any.
 pub fn next_best<'s>(field: &Field, best: &Scored, others: impl IntoIterator<Item = &'s Scored>) -> f64 {
     let others = others.into_iter().filter(|other| apart(field, &best.pose, &other.pose));
-    others.map(|other| other.explained / best.explained * best.inliers).fold(0.0, f64::max)
+    let explained = best.explained.max(f64::MIN_POSITIVE);
+    others.map(|other| other.explained / explained * best.inliers).fold(0.0, f64::max)
 }
 
 /// The poses in which the scan has a size that is searched for, or all if there are none: a scan that fits nowhere may be

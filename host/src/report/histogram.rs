@@ -1,8 +1,8 @@
 //! How far the scan's vertices lie from the fitted surfaces, as numbers and as a drawing.
 
 use super::html::escape;
+use crate::distance::Surface;
 use crate::mesh::Mesh;
-use crate::train::distance::Surface;
 use rayon::prelude::*;
 use std::fmt::Write;
 
@@ -44,7 +44,7 @@ impl Distances {
     pub fn within(&self, share: f64) -> f64 {
         let mut sizes: Vec<f64> = self.sorted.iter().map(|d| d.abs()).collect();
         sizes.sort_unstable_by(f64::total_cmp);
-        crate::evaluate::quantile(&sizes, share).unwrap_or(0.0)
+        crate::quantile::quantile(&sizes, share).unwrap_or(0.0)
     }
 
     /// Share of the vertices in each bar; the outermost bars hold what lies beyond them.

@@ -11,10 +11,12 @@ use super::held_out::{HeldOut, Trial, trials};
 use super::prepared::Prepared;
 use super::{Error, Settings, model_file};
 use crate::mesh::Mesh;
+use crate::quantile::{median, quantile};
 use crate::uncertainty::Cue;
 use crate::uncertainty::expected::{expected, misfit, of_faces};
 use lacuna::Model;
 use lacuna::format::Calibration;
+use std::collections::BTreeSet;
 
 /// Share of the errors within one standard deviation.
 const SHARE: f64 = 0.6827;
@@ -72,17 +74,25 @@ pub fn calibrate(trials: &[Trial], millimetre: f32) -> Option<(Calibration, Vec<
     let all: Vec<Samples> = trials.iter().map(|trial| Samples::new(trial, VERTICES)).collect();
     let start = of_faces(millimetre);
     let constants = fitted(&all.iter().collect::<Vec<_>>(), &start)?;
-    let half =
-        |odd: bool| trials.iter().zip(&all).filter(move |(t, _)| (t.shape % 2 == 1) == odd).map(|(_, s)| s);
-    let halves = [false, true].map(|odd| fitted(&half(odd).collect::<Vec<_>>(), &start));
-    let other =
-        |trial: &Trial| halves[usize::from(trial.shape.is_multiple_of(2))].as_ref().unwrap_or(&constants);
+    let [even, odd] = [0, 1].map(|half| {
+        let members = trials.iter().zip(&all).filter(|(trial, _)| half_of(trial, trials) == half);
+        fitted(&members.map(|(_, samples)| samples).collect::<Vec<_>>(), &start)
+    });
+    let halves = [even?, odd?];
+    let other = |trial: &Trial| &halves[1 - half_of(trial, trials)];
     let counts: Vec<[Count; 2]> = trials.iter().map(|trial| counted(trial, other(trial))).collect();
     let total = counts.iter().fold([Count::default(); 2], |sum, c| [sum[0].and(c[0]), sum[1].and(c[1])]);
     let shares = counts.into_iter().map(|pair| pair.map(Count::share)).collect();
     let scans = trials.len().min(usize::from(u16::MAX)) as u16;
     let of_all = total.map(|count| count.share().unwrap_or(0.0));
     Some((Calibration { scans, shares: of_all, ..constants }, shares))
+}
+
+/// In which half of the held-back shapes a trial's shape is, 0 or 1: every other one, whatever their numbers are.
+fn half_of(trial: &Trial, trials: &[Trial]) -> usize {
+    let before: BTreeSet<usize> =
+        trials.iter().map(|t| t.shape).filter(|&shape| shape < trial.shape).collect();
+    before.len() % 2
 }
 
 /// Vertices within their expected error, of how many.
@@ -145,13 +155,14 @@ impl Samples {
 
 /// The constants that go through the quantile of the errors of the typical scan.
 fn fitted(samples: &[&Samples], start: &Calibration) -> Option<Calibration> {
-    let noise = middle(samples.iter().filter_map(|s| quantile(s.noise.iter().map(|&e| f64::from(e)))))?;
+    let noise = samples.iter().filter_map(|s| sigma(s.noise.iter().map(|&e| f64::from(e))));
+    let noise = median(noise.collect())?;
     let inferred: Vec<(Cue, f32)> = samples.iter().flat_map(|s| s.inferred.iter().copied()).collect();
     let constants = least(&inferred, &Calibration { noise: noise as f32, ..*start });
     // The least loss gives the shape of the function. Its level is that of the scan in the middle: a few scans that
     // went wrong as a whole would raise it for all others.
-    let level = |s: &&Samples| quantile(s.inferred.iter().map(|(cue, error)| ratio(&constants, cue, *error)));
-    let factor = libm::exp(middle(samples.iter().filter_map(level))?) as f32;
+    let level = |s: &&Samples| sigma(s.inferred.iter().map(|(cue, error)| ratio(&constants, cue, *error)));
+    let factor = libm::exp(median(samples.iter().filter_map(level).collect())?) as f32;
     Some(Calibration {
         seam: constants.seam * factor,
         posterior: constants.posterior * factor,
@@ -165,18 +176,11 @@ fn ratio(constants: &Calibration, cue: &Cue, error: f32) -> f64 {
     libm::log(f64::from(error.max(NONE)) / f64::from(expected(constants, cue, 0.0)))
 }
 
-/// The median; `None` of nothing.
-fn middle(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    crate::evaluate::quantile(&values, 0.5)
-}
-
 /// The quantile [`SHARE`]; `None` of nothing.
-fn quantile(values: impl Iterator<Item = f64>) -> Option<f64> {
+fn sigma(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
-    crate::evaluate::quantile(&values, SHARE)
+    quantile(&values, SHARE)
 }
 
 /// The constants of the least loss.
@@ -269,6 +273,15 @@ mod tests {
         assert!(found.shares.iter().all(|share| (share - 0.683).abs() < 0.02), "{found:?}");
         assert!(shares.iter().flatten().all(|share| (share.unwrap() - 0.683).abs() < 0.1), "{shares:?}");
         assert_eq!(found.scans, 12);
+    }
+
+    #[test]
+    fn shares_are_of_other_shapes_whatever_their_numbers() {
+        let made = trials(&of_faces(0.3), 12);
+        let (found, shares) = calibrate(&made, 0.3).expect("enough trials");
+        let even: Vec<Trial> =
+            trials(&of_faces(0.3), 12).into_iter().map(|t| Trial { shape: 2 * t.shape, ..t }).collect();
+        assert_eq!((found, shares), calibrate(&even, 0.3).expect("enough trials"));
     }
 
     #[test]

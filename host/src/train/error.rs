@@ -54,7 +54,10 @@ pub enum Error {
         /// Largest one allowed.
         limit: f64,
     },
-    /// Too many bricks or bytes.
-    #[error("the model would have {0} bricks, at most 65534 can be stored: choose a larger --spacing")]
-    TooLarge(usize),
+    /// More bricks than a file can number.
+    #[error("the model would store {0} bricks, at most 65534 can be: choose a larger --spacing")]
+    TooManyBricks(usize),
+    /// A file longer than its own length field can say.
+    #[error("the model would be {0} bytes long, over 4 GiB: choose a larger --spacing or fewer --modes")]
+    TooManyBytes(usize),
 }

@@ -20,8 +20,8 @@ const PER_NODE: [u64; 2] = [5, 32];
 /// before a voxel was measured; 255 MB are counted, with the volumes at 3.3 mm 362 MB.
 const PER_TRIANGLE: u64 = 480;
 const PER_VERTEX: u64 = 64;
-/// Bytes of a voxel of a whole volume, for each shape: distance and component.
-const PER_WHOLE: u64 = 8 + 8;
+/// Bytes of a voxel of a whole volume, for each shape: distance, deviation from the mean, and component.
+const PER_WHOLE: u64 = 8 + 8 + 8;
 /// Bytes of a voxel of the whole grid while a line of sight volume is made.
 const PER_SIGHT: u64 = 24;
 
@@ -54,7 +54,7 @@ pub(super) fn sides(lengths: [f64; 3], spacing: f64, brick: usize) -> Result<[us
 /// are aligned: too small a spacing is refused at once.
 ///
 /// # Errors
-/// [`Error::TooFine`], [`Error::TooLarge`], or [`Error::Memory`] where the meshes alone need too much.
+/// [`Error::TooFine`], or [`Error::Memory`] where the meshes alone need too much.
 pub fn check(shapes: &[Mesh], settings: &Settings) -> Result<(), Error> {
     let Some((low, high)) = shapes.first().and_then(Mesh::bounds) else { return Ok(()) };
     Budget::new(shapes, settings).check_nodes(0)?;
@@ -63,13 +63,6 @@ pub fn check(shapes: &[Mesh], settings: &Settings) -> Result<(), Error> {
         return Err(Error::Spacing(spacing));
     }
     sides((high - low).into(), spacing, brick)?;
-    // The stored grid reaches from end to end of the mean shape, about as far as the smallest shape does.
-    let least = shapes.iter().filter_map(Mesh::bounds).map(|(low, high)| high - low);
-    let least = least.reduce(|a, b| a.inf(&b)).unwrap_or_else(|| high - low);
-    let cells: f64 = least.iter().map(|length| (length / spacing / brick as f64).floor().max(1.0)).product();
-    if cells >= f64::from(lacuna::format::ABSENT) {
-        return Err(Error::TooLarge(cells as usize));
-    }
     Ok(())
 }
 
@@ -144,7 +137,6 @@ mod tests {
         for tiny in [0.1, 1e-3, 1e-30] {
             assert!(matches!(check(&shapes, &settings(tiny)), Err(Error::TooFine { .. })), "{tiny}");
         }
-        assert!(matches!(check(&shapes, &settings(0.5)), Err(Error::TooLarge(_))));
         for odd in [1e-300, 1e300] {
             assert!(matches!(check(&shapes, &settings(odd)), Err(Error::Spacing(_))), "{odd}");
         }

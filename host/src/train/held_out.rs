@@ -1,9 +1,9 @@
 //! Shapes that are held back: scanned from some side and completed by the model of the rest.
 
-use super::distance::Surface;
 use super::prepared::Prepared;
 use super::views::{Partial, partial};
 use crate::complete::{Completion, Hint, Options, complete};
+use crate::distance::Surface;
 use crate::mesh::{Mesh, Point, Vector};
 use crate::register::Placed;
 use crate::synth::{Kind, Random};

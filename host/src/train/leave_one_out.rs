@@ -2,7 +2,8 @@
 //! scans, as a table.
 
 use super::held_out::Trial;
-use crate::evaluate::{Score, quantile};
+use crate::evaluate::Score;
+use crate::quantile::{median, quantile};
 use crate::synth::Kind;
 use serde::Serialize;
 
@@ -50,11 +51,7 @@ pub fn rows(trials: &[Trial], names: &[String], shares: &[[Option<f32>; 2]]) -> 
 
 fn score(trial: &Trial, missing: bool) -> Option<Score> {
     let chosen = trial.covered.iter().filter(|(_, m)| *m == missing);
-    let mut distances: Vec<f64> = chosen.map(|&(distance, _)| f64::from(distance)).collect();
-    distances.sort_by(f64::total_cmp);
-    let p95 = quantile(&distances, 0.95)?;
-    let squares: f64 = distances.iter().map(|d| d * d).sum();
-    Some(Score { rms: (squares / distances.len() as f64).sqrt(), p95 })
+    Score::of(chosen.map(|&(distance, _)| f64::from(distance)).collect())
 }
 
 /// What to expect of scans from one side and from three.
@@ -64,19 +61,16 @@ pub fn summaries(rows: &[Row]) -> Vec<Summary> {
 
 fn summary(rows: &[Row], sides: usize) -> Option<Summary> {
     let chosen = || rows.iter().filter(|row| row.sides == sides);
-    let sorted = |value: &dyn Fn(&Row) -> Option<f64>| {
-        let mut values: Vec<f64> = chosen().filter_map(value).collect();
-        values.sort_by(f64::total_cmp);
-        values
-    };
-    let missing = sorted(&|row| Some(row.missing?.rms));
+    let all = |value: &dyn Fn(&Row) -> Option<f64>| chosen().filter_map(value).collect::<Vec<f64>>();
+    let mut missing = all(&|row| Some(row.missing?.rms));
+    missing.sort_by(f64::total_cmp);
     let at = |share| quantile(&missing, share);
     Some(Summary {
         sides,
         shapes: chosen().count(),
-        seen_rms: quantile(&sorted(&|row| Some(row.seen?.rms)), 0.5)?,
+        seen_rms: median(all(&|row| Some(row.seen?.rms)))?,
         missing_rms: [at(0.25)?, at(0.5)?, at(0.75)?],
-        missing_p95: quantile(&sorted(&|row| Some(row.missing?.p95)), 0.5)?,
+        missing_p95: median(all(&|row| Some(row.missing?.p95)))?,
     })
 }
 

@@ -4,7 +4,6 @@ pub mod align;
 mod band;
 pub mod calibration;
 pub mod deform;
-pub mod distance;
 mod error;
 pub mod generalised;
 pub mod grid;

@@ -1,5 +1,6 @@
 //! Quantises a trained model and lays it out as a file: the writing side of [`lacuna::format`].
 
+use super::Error;
 use super::volume::Lattice;
 use lacuna::Model;
 use lacuna::arithmetic::{MAX_EXPONENT, MIN_EXPONENT};
@@ -29,8 +30,14 @@ pub struct Draft<'a> {
 }
 
 /// The model file.
-pub fn encode(draft: &Draft<'_>) -> Vec<u8> {
+///
+/// # Errors
+/// [`Error::TooManyBricks`], [`Error::TooManyBytes`].
+pub fn encode(draft: &Draft<'_>) -> Result<Vec<u8>, Error> {
     let bricks = group(draft);
+    if bricks.len() >= usize::from(ABSENT) {
+        return Err(Error::TooManyBricks(bricks.len()));
+    }
     let mut header = draft.header.clone();
     header.bricks = bricks.len() as u16;
     header.voxels = draft.voxels.len() as u32;
@@ -40,7 +47,11 @@ pub fn encode(draft: &Draft<'_>) -> Vec<u8> {
         file.extend(value.map_or(UNKNOWN, distance).to_le_bytes());
     }
     write_bricks(draft, &bricks, &mut file);
-    sealed(file)
+    // No place in a file that is short enough is too far off to be written either.
+    if u32::try_from(file.len()).is_err() {
+        return Err(Error::TooManyBytes(file.len()));
+    }
+    Ok(sealed(file))
 }
 
 /// The same model with other constants of the expected error; none of its other bytes changes.

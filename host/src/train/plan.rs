@@ -1,11 +1,11 @@
 //! The grid of a model, what is known of the shapes on it, and the file that comes of it.
 
 use super::band::{Band, Moments, coarse};
-use super::distance::Surface;
 use super::grid::{self, Budget};
 use super::model_file::{self, Draft};
 use super::volume::{self, Lattice, Volume};
 use super::{Distances, Error, Settings, bounds, class_millimetre, line_of_sight, pca, symmetry};
+use crate::distance::Surface;
 use crate::mesh::{Mesh, Vector};
 use lacuna::format::{Header, Jitter, Scales};
 use rayon::prelude::*;
@@ -104,6 +104,9 @@ impl Plan {
     }
 
     /// The model file of a basis at some voxels of the lattice.
+    ///
+    /// # Errors
+    /// More than a file can hold.
     pub fn encode(
         &self,
         settings: &Settings,
@@ -112,10 +115,6 @@ impl Plan {
         surfaces: &[&Surface],
     ) -> Result<Vec<u8>, Error> {
         let crop = self.crop(voxels);
-        let cells: usize = crop.lattice.sides.iter().map(|side| side / self.brick).product();
-        if cells >= usize::from(lacuna::format::ABSENT) {
-            return Err(Error::TooLarge(cells));
-        }
         let h = self.lattice.spacing;
         let moved: Vec<u32> = voxels.iter().map(|&place| crop.moved(&self.lattice, place)).collect();
         let nodes = crop.lattice.coarse(self.far_stride());
@@ -144,7 +143,7 @@ impl Plan {
         };
         let mut order: Vec<usize> = (0..moved.len()).collect();
         order.sort_by_key(|&i| moved[i]);
-        Ok(model_file::encode(&Draft {
+        model_file::encode(&Draft {
             header,
             symmetry: self.symmetry.map(|plane| plane.in_voxels(&crop.lattice)),
             jitter: settings.jitter.map(|jitter| Jitter { shift: jitter.shift / h as f32, ..jitter }),
@@ -153,7 +152,7 @@ impl Plan {
             mean: order.iter().map(|&i| pca.mean[i]).collect(),
             modes: pca.modes.iter().map(|mode| order.iter().map(|&i| mode[i]).collect()).collect(),
             far: far_values,
-        }))
+        })
     }
 
     /// Voxels between the nodes of the far field.
@@ -190,8 +189,9 @@ impl Plan {
 
     /// How far behind the surface the hull reaches, voxels, for class millimetres of `u`. Farther in, the distance behind
     /// one side of a thin part (an ear) is already that of the other one: twice as much makes ears of stitched scans 0.2 mm
-    /// thicker, and the rms of what is missing of them 1.8 instead of 1.6 mm. With a node at every voxel nothing but the hull holds a voxel, and
-    /// the surface's cells need all of theirs: complete faces are then 0.14 mm off, and 0.34 with half as much.
+    /// thicker, and the rms of what is missing of them 1.8 instead of 1.6 mm. With a node at every voxel nothing but the
+    /// hull holds a voxel, and the surface's cells need all of theirs: complete faces are then 0.14 mm off, and 0.34 with
+    /// half as much.
     fn behind(&self, u: f32) -> f32 {
         if self.stride == 1 { (3.2 * u).max(0.8) } else { (1.65 * u).max(0.5) }
     }

@@ -17,8 +17,8 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Measures the distances of aligned shapes. `margin` is 0 for the model of all shapes; models of some of
-    /// them have other bands and want about 3 standard deviations more.
+    /// Measures the distances of aligned shapes. `margin` is 0 for the model of all shapes. Models of some of
+    /// them have other bands: with 0 they are cut at that of all, 3 standard deviations more hold nearly all of theirs.
     ///
     /// # Errors
     /// Shapes that cannot make a model; see [`Error`].

@@ -9,8 +9,8 @@
 //! ```
 
 use super::Error;
-use super::distance::Surface;
 use super::volume::Lattice;
+use crate::distance::Surface;
 use crate::mesh::{Mesh, Point, Vector};
 use lacuna::format::Symmetry;
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};

@@ -1,10 +1,10 @@
 //! Signed distance volumes of the training shapes on one grid.
 
-use super::distance::{Distance, Surface};
+use crate::distance::{Distance, Surface};
 use crate::mesh::Point;
 use crate::raster;
 
-/// A grid in space, millimetres.
+/// A grid in space, in the meshes' unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lattice {
     /// Centre of voxel (0, 0, 0).
@@ -50,7 +50,7 @@ impl Lattice {
 
 /// Distances at a list of voxels.
 pub struct Volume {
-    /// Signed distances, millimetres.
+    /// Signed distances, in the meshes' unit.
     pub distances: Vec<f32>,
     /// Whether the closest point is on the mesh's border.
     pub border: Vec<bool>,

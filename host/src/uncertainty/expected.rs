@@ -1,7 +1,7 @@
 //! From what is known at a vertex to its expected error; the equation is that of [`Calibration`].
 
 use super::cues::Cue;
-use crate::evaluate::quantile;
+use crate::quantile::quantile;
 use lacuna::Model;
 use lacuna::format::Calibration;
 use serde::Serialize;

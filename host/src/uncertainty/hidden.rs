@@ -24,7 +24,7 @@ pub fn error(normals: &[Vector]) -> f32 {
 fn stitched(normals: &[Vector]) -> bool {
     let mut pole: Vector = normals.iter().sum();
     for _ in 0..ROUNDS {
-        let away = normals.iter().filter(|normal| normal.dot(&pole) < 0.0);
+        let away = normals.iter().filter(|normal| normal.dot(&pole) <= 0.0);
         let (sum, count) =
             away.fold((Vector::zeros(), 0.0), |(sum, count), normal| (sum + normal, count + 1.0));
         if count <= AWAY * normals.len() as f64 {
@@ -59,6 +59,8 @@ mod tests {
         assert!(!stitched(&sides(-70.0, 70.0)), "140 degrees apart");
         let round: Vec<Vector> = (0..36).map(|i| towards(10.0 * f64::from(i))).collect();
         assert!(stitched(&round));
+        let cube: Vec<Vector> = (0..3).flat_map(|i| [1.0, -1.0].map(|s| Vector::ith(i, s))).collect();
+        assert!(stitched(&cube), "their mean says nothing");
         assert!(!stitched(&[]));
     }
 }

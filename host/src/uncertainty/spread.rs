@@ -32,15 +32,8 @@ pub fn spread(posterior: &Posterior<'_>) -> Option<Spread> {
 fn surface(model: &Model<'_>) -> Vec<[f32; 3]> {
     let mut places = Vec::new();
     for brick in model.bricks() {
-        let edge = brick.edge();
-        for (y, z) in (0..edge).flat_map(|z| (0..edge).map(move |y| (y, z))) {
-            let row = brick.row(y, z);
-            let near = |&x: &u8| row.voxel(x).is_some_and(|voxel| brick.mean(voxel).abs() < 128);
-            places.extend((0..edge).filter(near).map(|x| {
-                let [cx, cy, cz] = brick.corner.map(f32::from);
-                [cx + f32::from(x), cy + f32::from(y), cz + f32::from(z)]
-            }));
-        }
+        let near = brick.places().filter(|&(voxel, _)| brick.mean(voxel).unsigned_abs() < 128);
+        places.extend(near.map(|(_, place)| place.map(f32::from)));
     }
     places.into_iter().step_by(4).collect()
 }

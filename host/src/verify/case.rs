@@ -1,13 +1,13 @@
 //! What is verified: a model, a scan, and for the first rung the volumes the model was trained on.
 
 use super::{Error, decode};
+use crate::distance::Surface;
 use crate::mesh::{Mesh, Point};
 use crate::points::{OrientedPoints, thin};
 use crate::reference::hull::{Oriented, hull};
 use crate::reference::{self, Grid, Hull};
 use crate::synth::scanner::{self, Kind, Settings as Scanner};
 use crate::synth::{Head, scan};
-use crate::train::distance::Surface;
 use crate::train::volume::{Lattice, sample};
 use crate::train::{Settings, train};
 use lacuna::pose_fit::Round;
@@ -86,6 +86,7 @@ pub const CLASSES: [Class; 4] = [
         ..Class::SMALL
     },
 ];
+
 impl Case {
     /// The case for [`Class::SMALL`].
     ///

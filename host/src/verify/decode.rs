@@ -67,13 +67,8 @@ pub fn places(model: &Model<'_>) -> Vec<usize> {
     let grid = grid(model);
     let mut places = vec![0; model.voxels()];
     for brick in model.bricks() {
-        let corner = brick.corner.map(usize::from);
-        for (y, z) in (0..brick.edge()).flat_map(|z| (0..brick.edge()).map(move |y| (y, z))) {
-            let row = brick.row(y, z);
-            for (x, voxel) in (0..brick.edge()).filter_map(|x| Some((x, row.voxel(x)?))) {
-                let within = [x, y, z].map(usize::from);
-                places[brick.first + voxel] = grid.index(std::array::from_fn(|a| corner[a] + within[a]));
-            }
+        for (voxel, place) in brick.places() {
+            places[brick.first + voxel] = grid.index(place.map(usize::from));
         }
     }
     places

@@ -94,7 +94,7 @@ fn complete<M: Machine>(machine: &mut M, scale: &Scale) -> Result<(), Refused> {
             .number(scale.instructions(u64::from(longest)))
             .print();
     }
-    let outcome = *job.outcome()?;
+    let outcome = job.outcome()?;
     #[cfg(feature = "defmt")]
     defmt::info!("{}", outcome);
     let mut digest = lacuna::format::Digest::new();

@@ -10,7 +10,7 @@ pub trait Machine {
     /// A counter that advances with the instructions executed; it may wrap.
     fn ticks(&mut self) -> u32;
 
-    /// Runs a loop of known length: instructions executed, about sixteen a round.
+    /// Runs a loop of known length: instructions executed, fifteen a round.
     fn spin(rounds: u32) -> u32;
 
     /// The next byte from the serial line, if one has come.

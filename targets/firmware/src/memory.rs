@@ -30,6 +30,7 @@ static POSE_CHUNK: Cell<f32, { sizes::POSE_SUMS }> = Cell::new([0.0; sizes::POSE
 static POSE_COLUMNS: Cell<Column, { sizes::POSE_COLUMNS }> = Cell::new([[0; PATCH]; sizes::POSE_COLUMNS]);
 static POSE_WEIGHTS: Cell<f32, { sizes::GLOBAL }> = Cell::new([0.0; sizes::GLOBAL]);
 static WEIGHTS: Cell<i16, { sizes::WEIGHTS }> = Cell::new([0; sizes::WEIGHTS]);
+static PREVIOUS: Cell<i16, { sizes::PREVIOUS }> = Cell::new([0; sizes::PREVIOUS]);
 static RESIDUALS: Cell<i16, { sizes::RESIDUALS }> = Cell::new([0; sizes::RESIDUALS]);
 static HULL_ROWS: Cell<u8, { sizes::HULL_ROWS }> = Cell::new([0; sizes::HULL_ROWS]);
 static GRADIENT: Cell<i32, { sizes::GRADIENT }> = Cell::new([0; sizes::GRADIENT]);
@@ -56,7 +57,7 @@ pub fn take() -> Option<(Scan, Memory<'static, Fixed>)> {
     };
     let workspace = Workspace {
         weights: WEIGHTS.try_take()?,
-        previous: &mut [],
+        previous: PREVIOUS.try_take()?,
         residuals: RESIDUALS.try_take()?,
         hull_rows: HULL_ROWS.try_take()?,
         gradient: GRADIENT.try_take()?,

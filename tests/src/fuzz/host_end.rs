@@ -24,6 +24,7 @@ pub fn run(bytes: &[u8]) {
     match complete(&mut client, &model, &tiny().scan, &mut |_| fetched += 1) {
         Ok(results) => {
             assert_eq!(results.distances.len(), model.voxels());
+            assert!(fetched > 0, "nobody heard of the distances that came");
             let voxels = results.into_fit(&model, &tiny().scan.begin).map(|fit| fit.local_distances.len());
             assert!(voxels.is_ok_and(|voxels| voxels == model.voxels()));
         }
