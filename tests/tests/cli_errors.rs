@@ -149,3 +149,28 @@ fn an_older_result_survives_a_failure() {
     assert_eq!(std::fs::read(folder.path().join("completed.ply")).unwrap(), b"an older result");
     assert_eq!(files(folder.path()), ["completed.ply"]);
 }
+
+#[test]
+fn nothing_that_is_read_is_overwritten_and_no_result_by_another_one() {
+    let folder = folder_with("scan.ply", lacuna_fixtures::SCAN);
+    std::fs::write(folder.path().join("head.lacuna"), lacuna_fixtures::MODEL).unwrap();
+    let wrong: [&[&str]; 7] = [
+        &["complete", "scan.ply", "-o", "./scan.ply"],
+        &["complete", "scan.ply", "-m", "head.lacuna", "-o", "x.ply", "-p", "head.lacuna"],
+        &["complete", "scan.ply", "-o", "x.ply", "--local-surface", "x.ply"],
+        &["complete", "scan.ply", "-o", "x.obj"],
+        &["complete", "scan.ply", "-o", "x.ply", "-p", "x.jpg"],
+        &["inspect", "head.lacuna", "--modes", "head.lacuna"],
+        &["register", "scan.ply", "--pack", "scan.ply"],
+    ];
+    for arguments in wrong {
+        let output = lacuna(folder.path(), arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {output:?}");
+        let left: Vec<String> = files(folder.path());
+        assert_eq!(left, ["head.lacuna", "scan.ply"], "{arguments:?}");
+        assert!(std::fs::read(folder.path().join("scan.ply")).unwrap() == lacuna_fixtures::SCAN);
+        assert!(std::fs::read(folder.path().join("head.lacuna")).unwrap() == lacuna_fixtures::MODEL);
+    }
+    let null = lacuna(folder.path(), &["complete", "scan.ply", "-o", "/dev/null"]);
+    assert!(null.status.success(), "{null:?}");
+}

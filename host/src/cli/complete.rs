@@ -2,6 +2,7 @@
 
 use super::completed::{Clutter, Completed, ExpectedError};
 use super::inputs::{self, Subject};
+use super::outputs::{self, Output};
 use super::{Common, Failure, bar, say};
 use crate::check::alternatives;
 use crate::complete::merge::MEASURED;
@@ -79,9 +80,9 @@ impl Complete {
         let bytes = self.subject.model_bytes()?;
         let model = self.subject.model(&bytes)?;
         let factor = self.subject.factor(&model);
+        self.check_outputs()?;
         let (scan, notes) = self.subject.mesh(&model)?;
         let start = std::time::Instant::now();
-        self.check_outputs()?;
         let options = self.options(&model)?;
         let image = if self.depth_rows { Some(self.subject.depth_image(&model)?) } else { None };
         let begin = |scan: &Mesh| match &image {
@@ -126,12 +127,21 @@ impl Complete {
         Ok(Options { hint, seed: self.subject.seed, schedule, finer: usize::from(self.finer) })
     }
 
-    /// Finds a missing folder before any work is done, so that no output is written without the others.
+    /// Finds outputs that cannot be written, or that would overwrite something, before any work is done, so that none is
+    /// written without the others.
     fn check_outputs(&self) -> Result<(), Failure> {
         let picture = self.picture_path();
-        let outputs =
-            [Some(&self.output), picture.as_ref(), self.local_surface.as_ref(), self.global_surface.as_ref()];
-        for path in outputs.into_iter().flatten() {
+        let files = [
+            ("--output", Some(&self.output), "ply"),
+            ("--picture", picture.as_ref(), "png"),
+            ("--local-surface", self.local_surface.as_ref(), "ply"),
+            ("--global-surface", self.global_surface.as_ref(), "ply"),
+        ];
+        let files = files.into_iter().filter_map(|(option, path, format)| Some((option, path?, format)));
+        let files: Vec<Output<'_>> =
+            files.map(|(option, path, format)| Output { option, path, format }).collect();
+        outputs::check(&[self.subject.scan.as_deref(), self.subject.model.as_deref()], &files)?;
+        for Output { path, .. } in files {
             let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
             if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
                 let message = format!(
@@ -151,8 +161,10 @@ impl Complete {
     }
 
     fn picture_path(&self) -> Option<PathBuf> {
+        // Beside a device there is no place for a picture.
+        let somewhere = self.picture.is_some() || self.output.is_file() || !self.output.exists();
         let beside = || self.output.with_extension("png");
-        (!self.no_picture).then(|| self.picture.clone().unwrap_or_else(beside))
+        (somewhere && !self.no_picture).then(|| self.picture.clone().unwrap_or_else(beside))
     }
 
     fn write(&self, completion: &Completion, model: &Model<'_>, factor: f64) -> Result<(), Failure> {

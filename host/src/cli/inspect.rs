@@ -1,5 +1,6 @@
 //! `lacuna inspect`.
 
+use super::outputs::{self, Output};
 use super::scatter::Scatter;
 use super::trained::expected_error;
 use super::{Common, Failure, inputs, say};
@@ -83,6 +84,11 @@ struct Plane {
 impl Inspect {
     /// Runs the subcommand.
     pub fn run(&self, common: &Common) -> Result<(), Failure> {
+        let written = [("--modes", &self.modes, "png"), ("--rust", &self.rust, "rs")];
+        let written = written
+            .iter()
+            .filter_map(|&(option, path, format)| Some(Output { option, path: path.as_deref()?, format }));
+        outputs::check(&[self.model.as_deref()], &written.collect::<Vec<_>>())?;
         let bytes = inputs::model_bytes(self.model.as_deref())?;
         let model = inputs::model(&bytes, self.model.as_deref())?;
         let report = report(&model, bytes.len())?;

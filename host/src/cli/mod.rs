@@ -9,6 +9,7 @@ mod evaluate;
 mod inputs;
 mod inspect;
 mod interrupt;
+mod outputs;
 mod register;
 mod scatter;
 mod shapes;
@@ -100,7 +101,7 @@ pub fn run() -> ExitCode {
 
 fn fail(error: &Failure) -> ExitCode {
     eprintln!("lacuna: {error}");
-    ExitCode::from(1)
+    ExitCode::from(if error.is::<outputs::Usage>() { 2 } else { 1 })
 }
 
 /// Prints a line to standard output; a reader that has gone away is no error.

@@ -1,6 +1,7 @@
 //! `lacuna register`.
 
 use super::inputs::{self, Subject};
+use super::outputs::{self, Output};
 use super::{Common, Failure, say};
 use crate::check::alternatives;
 use crate::complete::clean::clean;
@@ -35,6 +36,9 @@ struct Report {
 impl Register {
     /// Runs the subcommand.
     pub fn run(&self, common: &Common) -> Result<(), Failure> {
+        let read = [self.subject.scan.as_deref(), self.subject.model.as_deref()];
+        let pack = self.pack.iter().map(|path| Output { option: "--pack", path, format: "cloud" });
+        outputs::check(&read, &pack.collect::<Vec<_>>())?;
         let bytes = self.subject.model_bytes()?;
         let model = self.subject.model(&bytes)?;
         let (mesh, notes) = self.subject.mesh(&model)?;

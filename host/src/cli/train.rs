@@ -1,5 +1,6 @@
 //! `lacuna train`.
 
+use super::outputs::{self, Output};
 use super::shapes::{self, Shapes};
 use super::trained::{LeaveOneOut, Made, Report};
 use super::{Common, Failure, bar, inputs, say};
@@ -96,6 +97,8 @@ impl Train {
         let start = std::time::Instant::now();
         let settings = self.settings();
         let Shapes { paths, meshes: shapes, mut notes } = shapes::training_set(&self.meshes, &settings)?;
+        let read: Vec<Option<&Path>> = paths.iter().map(|path| Some(path.as_path())).collect();
+        outputs::check(&read, &[Output { option: "--output", path: &self.output, format: "lacuna" }])?;
         let settings = Settings { class: self.class.clone().unwrap_or_else(|| folder(&paths)), ..settings };
         let named = |number: usize, message: String| -> Failure {
             format!("{}: {message}", paths.get(number).map_or("?".into(), |p| p.display().to_string())).into()

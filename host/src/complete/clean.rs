@@ -1,9 +1,9 @@
 //! Takes specks out of a scan before it is used.
 
 use crate::mesh::Mesh;
-use crate::surface::{components, keep_triangles};
+use crate::surface::{cloud_cell, cloud_components, components, keep_points, keep_triangles};
 
-/// Pieces of fewer triangles than this share of the largest one may be specks; below the smaller share they always are.
+/// Pieces of fewer triangles (of a cloud, points) than this share of the largest one may be specks; below the smaller share they always are.
 const SPECK: [f64; 2] = [0.0005, 0.002];
 /// Pieces in between are specks up to this many triangles: stray pixels come in small groups, however fine the scan is,
 /// and pieces of an ear seen from the front do not.
@@ -21,14 +21,15 @@ pub struct Cleaned {
     pub scan: Mesh,
     /// The small pieces that were taken out.
     pub small: Mesh,
+    /// The piece of each triangle (of a cloud, point) of those.
+    pub pieces: Vec<u32>,
 }
 
 /// The scan without small pieces and zero-area triangles.
 pub fn clean(scan: &Mesh) -> Cleaned {
-    if scan.triangles.is_empty() {
-        return Cleaned { scan: scan.clone(), small: Mesh::default() };
-    }
-    let pieces = components(scan);
+    let cloud = scan.triangles.is_empty();
+    let pieces =
+        if cloud { cloud_components(&scan.points, cloud_cell(&scan.points)) } else { components(scan) };
     let mut sizes = vec![0usize; pieces.iter().max().map_or(0, |&p| p as usize + 1)];
     pieces.iter().for_each(|&piece| sizes[piece as usize] += 1);
     let least = limit(sizes.iter().max().copied().unwrap_or(0));
@@ -36,10 +37,16 @@ pub fn clean(scan: &Mesh) -> Cleaned {
         let [a, b, c] = scan.corners(t);
         (b - a).cross(&(c - a)).norm() > 0.0
     };
-    let large = |t: usize| sizes[pieces[t] as usize] > least;
+    let large = |i: usize| sizes[pieces[i] as usize] > least;
+    let kept = |i: usize| large(i) && (cloud || has_area(i));
+    let taken = |i: usize| !large(i) && (cloud || has_area(i));
+    let part = |keep: &dyn Fn(usize) -> bool| {
+        if cloud { keep_points(scan, keep) } else { keep_triangles(scan, keep) }
+    };
     Cleaned {
-        scan: keep_triangles(scan, |t| large(t) && has_area(t)),
-        small: keep_triangles(scan, |t| !large(t) && has_area(t)),
+        scan: part(&kept),
+        small: part(&taken),
+        pieces: (0..pieces.len()).filter(|&i| taken(i)).map(|i| pieces[i]).collect(),
     }
 }
 

@@ -57,7 +57,7 @@ pub struct Options<'a> {
 pub struct Completion {
     /// The scan as it was used: without specks.
     pub scan: Mesh,
-    /// Triangles left out of it as specks.
+    /// Triangles (of a cloud, points) left out of it as specks.
     pub specks: usize,
     /// Where the scan lies in the model.
     pub placed: Placed,
@@ -144,11 +144,12 @@ pub fn complete_by(
     begin: impl FnOnce(&Mesh) -> Result<Start, Error> + Send,
     fit: impl FnOnce(&Start) -> Result<Fit, Error>,
 ) -> Result<Completion, Error> {
-    let triangles = scan.triangles.len();
-    let Cleaned { scan, small } = clean::clean(scan);
-    let (measured, start) = rayon::join(|| scan_surface(&scan, model), || begin(&scan));
-    let (scan, measured, start) = with_pieces(model, scan, &small, (measured?, start?))?;
-    let specks = triangles - scan.triangles.len();
+    let size = |mesh: &Mesh| if mesh.triangles.is_empty() { mesh.points.len() } else { mesh.triangles.len() };
+    let all = size(scan);
+    let cleaned = clean::clean(scan);
+    let (measured, start) = rayon::join(|| scan_surface(&cleaned.scan, model), || begin(&cleaned.scan));
+    let (scan, measured, start) = with_pieces(model, cleaned, (measured?, start?))?;
+    let specks = all - size(&scan);
     let fit = fit(&start)?;
     let placed = Placed { centre: start.rough.centre, pose: fit.outcome.pose };
     let points = without_clutter(model, &start, &fit);
@@ -204,12 +205,12 @@ pub fn complete_by(
 /// The scan with those of its small pieces that belong to the shape, and what is made of it.
 fn with_pieces(
     model: &Model<'_>,
-    mut scan: Mesh,
-    small: &Mesh,
+    cleaned: Cleaned,
     (measured, mut start): (Measured, Start),
 ) -> Result<(Mesh, Measured, Start), Error> {
-    let pieces = pieces::belonging(model, &scan, small, &start.rough);
-    if pieces.triangles.is_empty() {
+    let pieces = pieces::belonging(model, &cleaned, &start.rough);
+    let mut scan = cleaned.scan;
+    if pieces.points.is_empty() {
         return Ok((scan, measured, start));
     }
     scan.append(&pieces);

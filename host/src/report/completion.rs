@@ -178,7 +178,7 @@ fn verdict(completion: &Completion, unit: &str) -> String {
             (
                 "left out",
                 format!(
-                    "{} of the scan, and {} triangles of specks",
+                    "{} of the scan, and specks of {} triangles or points",
                     percent(completion.clutter.area_share),
                     completion.specks
                 ),

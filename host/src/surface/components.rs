@@ -1,6 +1,7 @@
-//! The connected pieces of a mesh.
+//! The connected pieces of a mesh or a cloud.
 
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Point};
+use rustc_hash::FxHashMap;
 
 /// For each triangle the number of its piece; triangles that share a vertex, directly or through
 /// others, are one piece. Pieces are numbered in the order of their first triangles.
@@ -10,15 +11,70 @@ pub fn components(mesh: &Mesh) -> Vec<u32> {
         join(&mut parents, a, b);
         join(&mut parents, b, c);
     }
-    let (mut numbers, mut count) = (vec![u32::MAX; parents.len()], 0);
-    let mut number = |root: u32| {
+    numbered(mesh.triangles.iter().map(|t| root(&mut parents, t[0])), mesh.points.len())
+}
+
+/// For each point of a cloud the number of its piece; points in the same cube of edge `cell` or in cubes that touch,
+/// directly or through others, are one piece. Pieces are numbered in the order of their first points.
+pub fn cloud_components(points: &[Point], cell: f64) -> Vec<u32> {
+    let mut cubes: FxHashMap<[i64; 3], u32> = FxHashMap::default();
+    let keys: Vec<[i64; 3]> = points.iter().map(|p| cube(p, cell)).collect();
+    let cube_of: Vec<u32> = keys.iter().map(|&key| next_number(&mut cubes, key)).collect();
+    let mut parents: Vec<u32> = (0..cubes.len() as u32).collect();
+    for (key, &own) in &cubes {
+        for offset in 0..27 {
+            let near = [key[0] + offset % 3 - 1, key[1] + offset / 3 % 3 - 1, key[2] + offset / 9 - 1];
+            if let Some(&near) = cubes.get(&near) {
+                join(&mut parents, own, near);
+            }
+        }
+    }
+    numbered(cube_of.iter().map(|&cube| root(&mut parents, cube)), cubes.len())
+}
+
+/// The least cubes, from about the distance between points on, of which a cloud occupies at most half as many as it
+/// has points.
+pub fn cloud_cell(points: &[Point]) -> f64 {
+    const GROWTH: f64 = 1.25;
+    let bounds = points.iter().fold(None, |bounds: Option<(Point, Point)>, p| {
+        Some(bounds.map_or((*p, *p), |(low, high)| (low.inf(p), high.sup(p))))
+    });
+    let extent = bounds.map_or(0.0, |(low, high)| (high - low).max());
+    let mut cell = extent / (points.len().max(1) as f64).sqrt() / 2.0;
+    let occupied = |cell: f64| {
+        let mut cubes: FxHashMap<[i64; 3], u32> = FxHashMap::default();
+        points.iter().for_each(|p| _ = next_number(&mut cubes, cube(p, cell)));
+        cubes.len()
+    };
+    while cell.is_normal() && cell < extent && 2 * occupied(cell) > points.len() {
+        cell *= GROWTH;
+    }
+    cell.max(f64::MIN_POSITIVE)
+}
+
+/// The cube of edge `cell` that a point lies in. Clamped, so that its neighbours have numbers too.
+fn cube(p: &Point, cell: f64) -> [i64; 3] {
+    const FARTHEST: f64 = (1u64 << 62) as f64;
+    p.coords.map(|c| (c / cell).floor().clamp(-FARTHEST, FARTHEST) as i64).into()
+}
+
+/// The number of a cube: as many as there were before, if it is new.
+fn next_number(cubes: &mut FxHashMap<[i64; 3], u32>, key: [i64; 3]) -> u32 {
+    let next = cubes.len() as u32;
+    *cubes.entry(key).or_insert(next)
+}
+
+/// Numbers of pieces, told by their roots among `count`, in the order of their first members.
+fn numbered(roots: impl Iterator<Item = u32>, count: usize) -> Vec<u32> {
+    let (mut numbers, mut next) = (vec![u32::MAX; count], 0);
+    let number = |root: u32| {
         let number = &mut numbers[root as usize];
         if *number == u32::MAX {
-            (*number, count) = (count, count + 1);
+            (*number, next) = (next, next + 1);
         }
         *number
     };
-    mesh.triangles.iter().map(|t| number(root(&mut parents, t[0]))).collect()
+    roots.map(number).collect()
 }
 
 /// The root of a vertex's tree; the path to it is halved on the way.
@@ -46,6 +102,16 @@ pub fn largest_component(mesh: &Mesh) -> Mesh {
     keep_triangles(mesh, |triangle| Some(pieces[triangle] as usize) == largest)
 }
 
+/// The cloud of the points for whose index `keep` says yes, with their normals.
+pub fn keep_points(cloud: &Mesh, keep: impl Fn(usize) -> bool) -> Mesh {
+    let kept: Vec<usize> = (0..cloud.points.len()).filter(|&i| keep(i)).collect();
+    Mesh {
+        points: kept.iter().map(|&i| cloud.points[i]).collect(),
+        normals: kept.iter().filter_map(|&i| cloud.normals.get(i).copied()).collect(),
+        triangles: vec![],
+    }
+}
+
 /// The mesh of the triangles for whose index `keep` says yes and of their vertices; order and
 /// normals stay.
 pub fn keep_triangles(mesh: &Mesh, keep: impl Fn(usize) -> bool) -> Mesh {
@@ -67,6 +133,22 @@ mod tests {
     use super::super::shapes::{ball, joined, sheet};
     use super::*;
     use crate::mesh::{Point, Vector};
+
+    #[test]
+    fn pieces_of_a_cloud_are_those_of_its_mesh() {
+        let (near, mut far) = (sheet(12), sheet(4));
+        far.points.iter_mut().for_each(|p| p.x += 40.0);
+        let cell = cloud_cell(&near.points);
+        assert!((1.0..3.0).contains(&cell), "{cell} where points are 1 apart");
+        let all = joined(&near, &far);
+        let pieces = cloud_components(&all.points, cell);
+        let first = near.points.len();
+        assert!(pieces[..first].iter().all(|&p| p == 0) && pieces[first..].iter().all(|&p| p == 1));
+        assert_eq!(keep_points(&all, |i| pieces[i] == 1).points, far.points);
+        assert!(cloud_components(&[], 1.0).is_empty() && cloud_cell(&[]) > 0.0);
+        let one = [Point::new(1e300, 0.0, 0.0); 3];
+        assert_eq!(cloud_components(&one, cloud_cell(&one)), [0; 3]);
+    }
 
     #[test]
     fn finds_the_largest_of_three_pieces() {

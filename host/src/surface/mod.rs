@@ -14,7 +14,9 @@ mod signs;
 mod topology;
 
 pub use carry::carry;
-pub use components::{components, keep_triangles, largest_component};
+pub use components::{
+    cloud_cell, cloud_components, components, keep_points, keep_triangles, largest_component,
+};
 pub use fairing::fair;
 pub use geodesic::path_lengths;
 pub use holes::{close_holes, open_curves};

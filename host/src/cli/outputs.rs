@@ -1,0 +1,101 @@
+//! Where a command writes: nothing that it reads, no two results in one file, no result under the name of another format.
+
+use super::Failure;
+use std::path::{Path, PathBuf};
+
+/// Wrong usage, which ends with exit code 2.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct Usage(pub String);
+
+/// A file that a command writes.
+pub struct Output<'a> {
+    /// The option that names it.
+    pub option: &'static str,
+    /// Where it goes.
+    pub path: &'a Path,
+    /// The extension of its format.
+    pub format: &'static str,
+}
+
+/// Extensions of formats that are read or written somewhere, and of pictures.
+const KNOWN: [&str; 14] =
+    ["ply", "obj", "stl", "pcd", "xyz", "png", "jpg", "jpeg", "svg", "json", "html", "csv", "lacuna", "gltf"];
+
+/// Refuses outputs that would overwrite one of the inputs or each other, or whose names say another format.
+pub fn check(inputs: &[Option<&Path>], outputs: &[Output<'_>]) -> Result<(), Failure> {
+    let inputs: Vec<PathBuf> = inputs.iter().flatten().filter_map(|path| identity(path)).collect();
+    for (number, output) in outputs.iter().enumerate() {
+        let (option, name) = (output.option, output.path.display());
+        if let Some(other) = other_format(output) {
+            let format = output.format.to_uppercase();
+            return usage(format!(
+                "{option} {name}: {format} is written, not {other}: give a name with .{}",
+                output.format
+            ));
+        }
+        let Some(own) = identity(output.path) else { continue };
+        if inputs.contains(&own) {
+            return usage(format!("{option} {name} would overwrite what is read: give another name"));
+        }
+        if let Some(same) = outputs[..number].iter().find(|o| identity(o.path).as_ref() == Some(&own)) {
+            return usage(format!("{option} and {} are both {name}: give them different names", same.option));
+        }
+    }
+    Ok(())
+}
+
+fn usage(text: String) -> Result<(), Failure> {
+    Err(Usage(text).into())
+}
+
+/// The format that the name of an output says, if it is another one.
+fn other_format(output: &Output<'_>) -> Option<String> {
+    let extension = output.path.extension()?.to_str()?.to_lowercase();
+    (KNOWN.contains(&extension.as_str()) && extension != output.format).then_some(extension)
+}
+
+/// The file that a path leads to, there or not; none for devices and pipes, which may be read and written at once.
+fn identity(path: &Path) -> Option<PathBuf> {
+    match path.canonicalize() {
+        Ok(there) => (there.is_file() || there.is_dir()).then_some(there),
+        Err(_) => {
+            let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+            Some(folder.unwrap_or(Path::new(".")).canonicalize().ok()?.join(path.file_name()?))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn output<'a>(option: &'static str, path: &'a Path, format: &'static str) -> Output<'a> {
+        Output { option, path, format }
+    }
+
+    #[test]
+    fn inputs_other_outputs_and_other_formats_are_not_overwritten() {
+        let folder = tempfile::tempdir().unwrap();
+        let [scan, result] = ["scan.ply", "result.ply"].map(|name| folder.path().join(name));
+        std::fs::write(&scan, b"ply").unwrap();
+        let around = folder.path().join(".").join("scan.ply");
+        let said = |outputs: &[Output<'_>]| check(&[Some(&scan), None], outputs).map_err(|e| e.to_string());
+        assert!(said(&[output("--output", &result, "ply")]).is_ok());
+        assert!(said(&[output("--output", Path::new("/dev/null"), "ply")]).is_ok());
+        assert!(said(&[output("--output", &around, "ply")]).unwrap_err().contains("overwrite"));
+        let twice = [output("--output", &result, "ply"), output("--local-surface", &result, "ply")];
+        assert!(said(&twice).unwrap_err().contains("--local-surface and --output are both"));
+        assert!(said(&[output("--picture", &result, "png")]).unwrap_err().contains(".png"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_leads_to_its_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let [scan, link] = ["scan.ply", "link.ply"].map(|name| folder.path().join(name));
+        std::fs::write(&scan, b"ply").unwrap();
+        std::os::unix::fs::symlink(&scan, &link).unwrap();
+        assert!(check(&[Some(&scan)], &[output("--output", &link, "ply")]).is_err());
+    }
+}
