@@ -22,6 +22,17 @@ impl Mesh {
         self.triangles[index].map(|v| self.points[v as usize])
     }
 
+    /// Area of triangle `index`.
+    pub fn area_of(&self, index: usize) -> f64 {
+        let [a, b, c] = self.corners(index);
+        (b - a).cross(&(c - a)).norm() / 2.0
+    }
+
+    /// Area of all triangles.
+    pub fn area(&self) -> f64 {
+        (0..self.triangles.len()).map(|t| self.area_of(t)).sum()
+    }
+
     /// Smallest and largest coordinates over all vertices; `None` for an empty mesh.
     pub fn bounds(&self) -> Option<(Point, Point)> {
         let first = *self.points.first()?;

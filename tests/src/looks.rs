@@ -57,7 +57,7 @@ pub fn missed(scan: &Mesh, completed: &Mesh, off: Range<f64>, border: f64) -> f6
         let [a, b, c] = scan.corners(t);
         let found = surface.distance(&Point::from((a.coords + b.coords + c.coords) / 3.0), off.end);
         let counts = found.is_some_and(|d| d.value.abs() >= off.start && !d.on_border);
-        if counts { (b - a).cross(&(c - a)).norm() / 2.0 } else { 0.0 }
+        if counts { scan.area_of(t) } else { 0.0 }
     };
     let inner = |t: &usize| scan.triangles[*t].iter().all(|&v| inside[v as usize] > border);
     (0..scan.triangles.len()).filter(inner).map(area).sum()

@@ -76,14 +76,6 @@ fn rms_between(a: &Mesh, b: &Mesh) -> f64 {
     (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
 }
 
-fn area(mesh: &Mesh) -> f64 {
-    let half = |t: usize| {
-        let [a, b, c] = mesh.corners(t);
-        (b - a).cross(&(c - a)).norm() / 2.0
-    };
-    (0..mesh.triangles.len()).map(half).sum()
-}
-
 #[test]
 fn a_table_and_a_collar_do_not_pull_and_are_measured() {
     let (head, scan) = sample();
@@ -94,9 +86,9 @@ fn a_table_and_a_collar_do_not_pull_and_are_measured() {
     let (alone, with) = (completed(&clean), completed(&cluttered));
     let pull = rms_between(&with.merged.mesh, &alone.merged.mesh);
     let extra = with.clutter.area - alone.clutter.area;
-    println!("pull {pull:.4}, left out {extra:.0} of {:.0} added", area(&added));
+    println!("pull {pull:.4}, left out {extra:.0} of {:.0} added", added.area());
     assert!(pull < PULL, "the clutter moved the surface by {pull:.3}");
-    assert!((extra / area(&added) - 1.0).abs() < 0.05, "{extra:.0} of {:.0}", area(&added));
+    assert!((extra / added.area() - 1.0).abs() < 0.05, "{extra:.0} of {:.0}", added.area());
     kept_apart(&with);
 }
 

@@ -58,7 +58,7 @@ impl Known {
 
     /// With `share` of all surface a wavy sheet, which passes by the chin, and a ball behind the head.
     fn cluttered(&self, share: f64) -> Self {
-        let own = area(&self.scan);
+        let own = self.scan.area();
         let clutter = own * share / (1.0 - share);
         let (low, high) = self.bounds();
         let scale = self.to_model.scaling();
@@ -80,7 +80,7 @@ impl Known {
             scan.points.extend(part.points.iter().map(|p| self.to_model.inverse() * p));
             scan.triangles.extend(part.triangles.iter().map(|t| t.map(|v| v + first)));
         }
-        assert!((1.0 - own / area(&scan) - share).abs() < 0.05, "clutter {}", 1.0 - own / area(&scan));
+        assert!((1.0 - own / scan.area() - share).abs() < 0.05, "clutter {}", 1.0 - own / scan.area());
         Self { scan, to_model: self.to_model }
     }
 
@@ -88,14 +88,6 @@ impl Known {
         let points = self.scan.points.iter().map(|p| self.to_model * p).collect();
         Mesh { points, ..Mesh::default() }.bounds().expect("points")
     }
-}
-
-fn area(mesh: &Mesh) -> f64 {
-    let double = |t: usize| {
-        let [a, b, c] = mesh.corners(t);
-        (b - a).cross(&(c - a)).norm()
-    };
-    (0..mesh.triangles.len()).map(double).sum::<f64>() / 2.0
 }
 
 /// A patch of n x n cells.

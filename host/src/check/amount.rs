@@ -1,7 +1,7 @@
 //! Is there enough surface to fit a model to?
 
 use super::Checked;
-use crate::mesh::Mesh;
+use crate::train::SIDE;
 use lacuna::Model;
 
 /// Least share of the class's surface: less does not determine a pose.
@@ -22,10 +22,9 @@ pub(super) fn check(checked: &mut Checked, model: &Model<'_>) {
         }
         return;
     }
-    // Class millimetres are made so that the class's surface is 280 of them squared.
     let header = model.header();
     let millimetre = f64::from(header.scales.millimetre) * f64::from(header.spacing);
-    let share = area(mesh) / (280.0 * millimetre).powi(2);
+    let share = mesh.area() / (SIDE * millimetre).powi(2);
     if share < LEAST {
         let text = format!(
             "the scan shows {:.1} % of the surface of a shape of the class, at least {:.0} % are needed: scan more \
@@ -41,12 +40,4 @@ pub(super) fn check(checked: &mut Checked, model: &Model<'_>) {
         );
         checked.refused(text);
     }
-}
-
-fn area(mesh: &Mesh) -> f64 {
-    let double = |t: usize| {
-        let [a, b, c] = mesh.corners(t);
-        (b - a).cross(&(c - a)).norm()
-    };
-    (0..mesh.triangles.len()).map(double).sum::<f64>() / 2.0
 }

@@ -119,11 +119,11 @@ fn mesh_with(loaded: Loaded, flat: Flat) -> Checked {
     checked
 }
 
-/// Looks at a scan in the model's unit: for itself, then at its size and amount.
-pub fn scan(scan: Loaded, model: &lacuna::Model<'_>) -> Checked {
+/// Looks at a scan in the model's unit: for itself, then at its size and amount; `unit` is the one it was taken to be in.
+pub fn scan(scan: Loaded, model: &lacuna::Model<'_>, unit: lacuna::format::Unit) -> Checked {
     let mut checked = mesh(scan);
     if !checked.is_refused() {
-        size::check(&mut checked, model);
+        size::check(&mut checked, model, unit);
     }
     if !checked.is_refused() {
         amount::check(&mut checked, model);

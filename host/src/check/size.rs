@@ -23,9 +23,9 @@ pub fn of_mesh(mesh: &Mesh) -> f64 {
 }
 
 /// Refuses a scan that cannot be of the model's size in the model's unit, and offers the unit in which it would.
-pub(super) fn check(checked: &mut Checked, model: &Model<'_>) {
+pub(super) fn check(checked: &mut Checked, model: &Model<'_>, unit: Unit) {
     let (scan, model_size) = (of_mesh(&checked.mesh), of_model(model));
-    if let Some(hint) = misfit(scan, model_size, model.header().unit) {
+    if let Some(hint) = misfit(scan, model_size, unit) {
         let symbol = unit::symbol(model.header().unit);
         checked.refused(format!(
             "the scan is {scan:.4} {symbol} long and the model {model_size:.4} {symbol}: they differ by more \
@@ -34,7 +34,7 @@ pub(super) fn check(checked: &mut Checked, model: &Model<'_>) {
     }
 }
 
-/// What to do about a size that does not fit; none if it does.
+/// What to do about a size that does not fit, of a scan taken to be in the unit `own`; none if it does.
 pub fn misfit(scan: f64, model: f64, own: Unit) -> Option<String> {
     let ratio = scan / model;
     if ratio < LIMIT && ratio > 1.0 / LIMIT {

@@ -70,7 +70,7 @@ fn turned(mesh: &Mesh, edges: &Edges) -> Option<Vec<bool>> {
         }
         let limit = largest(mesh, &members);
         let vote = |turned: bool| -> f64 {
-            members.iter().filter(|&&t| turn[t] == turned).map(|&t| area(mesh, t).min(limit)).sum()
+            members.iter().filter(|&&t| turn[t] == turned).map(|&t| mesh.area_of(t).min(limit)).sum()
         };
         if vote(true) > vote(false) {
             members.iter().for_each(|&t| turn[t] = !turn[t]);
@@ -81,15 +81,10 @@ fn turned(mesh: &Mesh, edges: &Edges) -> Option<Vec<bool>> {
 
 /// The largest area that counts, a few times the median: a single spike must not turn a whole scan.
 fn largest(mesh: &Mesh, members: &[usize]) -> f64 {
-    let mut areas: Vec<f64> = members.iter().map(|&t| area(mesh, t)).collect();
+    let mut areas: Vec<f64> = members.iter().map(|&t| mesh.area_of(t)).collect();
     let middle = areas.len() / 2;
     let (_, median, _) = areas.select_nth_unstable_by(middle, f64::total_cmp);
     4.0 * *median
-}
-
-fn area(mesh: &Mesh, triangle: usize) -> f64 {
-    let [a, b, c] = mesh.corners(triangle);
-    (b - a).cross(&(c - a)).norm() / 2.0
 }
 
 /// Six times the enclosed volume, about the first vertex: positive if the triangles face outwards.

@@ -73,9 +73,9 @@ impl Check {
                 None => check::mesh(Loaded { mesh, repairs }),
                 Some(model) => {
                     let own = model.header().unit;
-                    let factor = unit::millimetres(self.unit.unwrap_or(own)) / unit::millimetres(own);
-                    let mut checked =
-                        check::scan(Loaded { mesh: inputs::scaled(mesh, factor), repairs }, model);
+                    let given = self.unit.unwrap_or(own);
+                    let mesh = inputs::scaled(mesh, unit::millimetres(given) / unit::millimetres(own));
+                    let mut checked = check::scan(Loaded { mesh, repairs }, model, given);
                     inlier_share = self.fit(model, &mut checked);
                     checked
                 }

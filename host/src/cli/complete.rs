@@ -246,6 +246,7 @@ impl Complete {
         model: &Model<'_>,
         (seconds, notes): (f64, Vec<String>),
     ) {
+        let kept = if self.keep_clutter { &completion.clutter.mesh } else { &Mesh::default() };
         let measured = completion.merged.labels.iter().filter(|&&l| l == MEASURED).count();
         let completed = Completed {
             scan: self.subject.name(),
@@ -254,8 +255,8 @@ impl Complete {
             output: self.output.display().to_string(),
             picture: self.picture_path().map(|p| p.display().to_string()),
             report: self.report_path().map(|p| p.display().to_string()),
-            vertices: completion.merged.mesh.points.len(),
-            triangles: completion.merged.mesh.triangles.len(),
+            vertices: completion.merged.mesh.points.len() + kept.points.len(),
+            triangles: completion.merged.mesh.triangles.len() + kept.triangles.len(),
             measured_vertices: measured,
             specks_removed: completion.specks,
             scan_to_model: inputs::matrix(&completion.placed, model),

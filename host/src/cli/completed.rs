@@ -135,7 +135,8 @@ impl Clutter {
         let Self { points, area_share, area, .. } = self;
         (*points > 0).then(|| {
             let share = 100.0 * area_share;
-            format!("not the class   {share:.0} % of the scan, {area:.0} {symbol}2, {points} points: {how}")
+            let of = if *area > 0.0 { format!("area, {area:.0} {symbol}2, ") } else { "points, ".into() };
+            format!("not the class   {share:.0} % of the scan's {of}{points} points: {how}")
         })
     }
 }

@@ -61,7 +61,9 @@ impl Subject {
         if self.flip {
             mesh = Alternative::Flipped.of(&mesh);
         }
-        check::scan(Loaded { mesh, repairs }, model).usable().map_err(|refused| self.named(&refused))
+        check::scan(Loaded { mesh, repairs }, model, self.unit(model))
+            .usable()
+            .map_err(|refused| self.named(&refused))
     }
 
     /// The scan as the one depth image that it is.

@@ -33,10 +33,7 @@ pub fn clean(scan: &Mesh) -> Cleaned {
     let mut sizes = vec![0usize; pieces.iter().max().map_or(0, |&p| p as usize + 1)];
     pieces.iter().for_each(|&piece| sizes[piece as usize] += 1);
     let least = limit(sizes.iter().max().copied().unwrap_or(0));
-    let has_area = |t: usize| {
-        let [a, b, c] = scan.corners(t);
-        (b - a).cross(&(c - a)).norm() > 0.0
-    };
+    let has_area = |t: usize| scan.area_of(t) > 0.0;
     let large = |i: usize| sizes[pieces[i] as usize] > least;
     let kept = |i: usize| large(i) && (cloud || has_area(i));
     let taken = |i: usize| !large(i) && (cloud || has_area(i));

@@ -4,7 +4,7 @@
 use super::merge::Merged;
 use crate::distance::Surface;
 use crate::mesh::Mesh;
-use crate::surface::keep_triangles;
+use crate::surface::{keep_points, keep_triangles};
 use rayon::prelude::*;
 
 /// Label of a vertex of the scan that is not part of the class.
@@ -34,16 +34,13 @@ impl Clutter {
         // Whole triangles only: what touches the completed mesh is in it already.
         let left_out = |t: usize| scan.triangles[t].iter().all(|&v| far[v as usize]);
         let mesh = keep_triangles(scan, left_out);
-        let area = area(&mesh);
-        Self { area_share: area / self::area(scan).max(f64::MIN_POSITIVE), area, mesh }
+        let area = mesh.area();
+        Self { area_share: area / scan.area().max(f64::MIN_POSITIVE), area, mesh }
     }
 
     fn of_cloud(scan: &Mesh, far: &[bool]) -> Self {
-        let kept: Vec<usize> = (0..far.len()).filter(|&i| far[i]).collect();
-        let points = kept.iter().map(|&i| scan.points[i]).collect();
-        let normals = kept.iter().filter_map(|&i| scan.normals.get(i).copied()).collect();
-        let area_share = kept.len() as f64 / far.len().max(1) as f64;
-        Self { mesh: Mesh { points, normals, triangles: vec![] }, area_share, area: 0.0 }
+        let mesh = keep_points(scan, |i| far[i]);
+        Self { area_share: mesh.points.len() as f64 / far.len().max(1) as f64, area: 0.0, mesh }
     }
 
     /// Appends the clutter to a completed mesh, as pieces that share no vertex with it.
@@ -55,15 +52,6 @@ impl Clutter {
         all.heights.resize(all.mesh.points.len(), 0.0);
         all
     }
-}
-
-fn area(mesh: &Mesh) -> f64 {
-    let double = |t: usize| {
-        let [a, b, c] = mesh.corners(t);
-        (b - a).cross(&(c - a)).norm()
-    };
-    // From 0: the sum of nothing is -0.
-    (0..mesh.triangles.len()).map(double).fold(0.0, |sum, area| sum + area) / 2.0
 }
 
 #[cfg(test)]

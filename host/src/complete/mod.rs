@@ -29,6 +29,7 @@ use crate::uncertainty::hidden;
 use crate::uncertainty::posterior::Posterior;
 use crate::uncertainty::spread::{Spread, spread};
 use crate::uncertainty::{Expected, Share, shares};
+use crate::unit;
 use clean::Cleaned;
 use clutter::{APART, Clutter};
 use dense::Dense;
@@ -359,8 +360,7 @@ fn judge(
 ) -> Verdict {
     let (mut inferred, mut total) = (0.0, 0.0);
     for (t, corners) in merged.mesh.triangles.iter().enumerate() {
-        let [a, b, c] = merged.mesh.corners(t);
-        let area = (b - a).cross(&(c - a)).norm() / 2.0;
+        let area = merged.mesh.area_of(t);
         total += area;
         inferred +=
             area * corners.iter().filter(|&&v| merged.labels[v as usize] != MEASURED).count() as f64 / 3.0;
@@ -384,5 +384,5 @@ fn judge(
         spread,
         expected,
     }
-    .judged(class_millimetre(model, placed))
+    .judged(class_millimetre(model, placed), unit::symbol(model.header().unit))
 }

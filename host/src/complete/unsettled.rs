@@ -27,7 +27,8 @@ pub fn unsettled(
     reach: usize,
     scan: impl Fn(usize) -> Option<f32> + Sync,
 ) -> Vec<bool> {
-    let sound = |i: usize| scan(i).filter(|own| !contradicted(*own, local.neighbours(i).filter_map(&scan)));
+    let sound =
+        |i: usize| scan(i).filter(|own| !contradicted(*own, || local.neighbours(i).filter_map(&scan)));
     let misses = |i: usize, own: f32| (local.values[i] - own).abs() > (global.values[i] - own).abs() + MISS;
     // The closest points around a voxel are asked for last, and only where it matters.
     let missed = |&i: &usize| measured[i] && scan(i).is_some_and(|own| misses(i, own)) && sound(i).is_some();
@@ -49,15 +50,11 @@ pub fn unsettled(
     around
 }
 
-/// Whether a scan's distance is another than most of those beside it allow: where triangles are folded over, the nearest one
-/// may face the wrong way, and the distance has the wrong sign.
-fn contradicted(own: f32, beside: impl Iterator<Item = f32>) -> bool {
-    let (mut against, mut all) = (0, 0);
-    for other in beside {
-        against += usize::from((own - other).abs() > STEEPEST);
-        all += 1;
-    }
-    2 * against > all
+/// Whether a scan's distance has the wrong sign: more of those beside it speak against it than against its opposite. Where
+/// triangles are folded over, the nearest one may face the wrong way.
+fn contradicted<I: Iterator<Item = f32>>(own: f32, beside: impl Fn() -> I) -> bool {
+    let against = |own: f32| beside().filter(|other| (own - other).abs() > STEEPEST).count();
+    against(own) > against(-own)
 }
 
 #[cfg(test)]

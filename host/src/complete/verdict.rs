@@ -51,9 +51,10 @@ pub struct Verdict {
 /// photogrammetry scan with hair and collar: 0.81, eight parts of it 0.80 to 0.90, its shoulders and hair alone 0.53 and 0.66;
 /// ellipsoid 0.50, sphere 0.40, half a sphere 0.56.
 const LEAST_EXPLAINED: f64 = 0.72;
-/// Least share of a whole scan that a pose explains without a word, and at all: half a head with shoulders 0.26 to 0.36.
+/// Least share of a whole scan that a pose explains without a word, and at all: half a head with shoulders 0.26 to 0.36, a head
+/// on a table of a square metre 0.07.
 const SCENE: f64 = 0.25;
-const LEAST_POSE: f64 = 0.1;
+const LEAST_POSE: f64 = 0.04;
 /// A pose that explains less of a scan than the first, and not so much more than another one, may be any. The other one
 /// explains 0.56 to 0.88 of what the right one does on eight parts of a raw head with shoulders.
 const AMBIGUOUS: [f64; 2] = [0.6, 0.9];
@@ -113,12 +114,12 @@ pub fn size(scale: f64) -> Option<(Grade, String)> {
 }
 
 impl Verdict {
-    /// Fills in grade and reasons; `millimetre` is one class millimetre in the scan's unit.
-    pub fn judged(mut self, millimetre: f64) -> Self {
+    /// Fills in grade and reasons; `millimetre` is one class millimetre in the scan's unit, called `unit`.
+    pub fn judged(mut self, millimetre: f64, unit: &str) -> Self {
         let mut findings = Findings { grade: Grade::Good, reasons: Vec::new() };
         self.judge_pose(&mut findings);
-        self.judge_fit(&mut findings, millimetre);
-        self.judge_unseen(&mut findings, millimetre);
+        self.judge_fit(&mut findings, millimetre, unit);
+        self.judge_unseen(&mut findings, millimetre, unit);
         findings.extend(size(self.scale));
         (self.grade, self.reasons) = (findings.grade, findings.reasons);
         self
@@ -145,11 +146,14 @@ impl Verdict {
         findings.add(
             self.outside_share > 0.3,
             Grade::Check,
-            format!("{} of the scan is not part of the class and was left out", percent(self.outside_share)),
+            format!(
+                "{} of the scan's points lie where the class has no surface",
+                percent(self.outside_share)
+            ),
         );
     }
 
-    fn judge_fit(&self, findings: &mut Findings, millimetre: f64) {
+    fn judge_fit(&self, findings: &mut Findings, millimetre: f64, unit: &str) {
         let inliers = self.inlier_share;
         let on_it = || format!("only {} of the scan near the model lies on it", percent(inliers));
         findings.add(
@@ -165,7 +169,7 @@ impl Verdict {
         findings.add(
             self.seen_rms > millimetre,
             Grade::Check,
-            format!("the fit misses the measured surface by {:.2} rms", self.seen_rms),
+            format!("the fit misses the measured surface by {:.2} {unit} rms", self.seen_rms),
         );
         findings.add(
             self.weight_norm >= 2.0,
@@ -174,7 +178,7 @@ impl Verdict {
         );
     }
 
-    fn judge_unseen(&self, findings: &mut Findings, millimetre: f64) {
+    fn judge_unseen(&self, findings: &mut Findings, millimetre: f64, unit: &str) {
         findings.add(
             self.inferred_share > 0.8,
             if self.inferred_share > MOST_INFERRED { Grade::Reject } else { Grade::Check },
@@ -185,7 +189,7 @@ impl Verdict {
             loose > LOOSEST,
             Grade::Check,
             format!(
-                "what was not seen is hardly determined: by the model alone it varies by {:.1} (one deviation)",
+                "what was not seen is hardly determined: by the model alone it varies by {:.1} {unit} (one deviation)",
                 loose * millimetre
             ),
         );
@@ -193,7 +197,7 @@ impl Verdict {
         findings.add(
             vague > VAGUEST * millimetre,
             Grade::Check,
-            format!("half of what was not seen is expected to be off by {vague:.1} or more"),
+            format!("half of what was not seen is expected to be off by {vague:.1} {unit} or more"),
         );
     }
 }
@@ -225,17 +229,18 @@ mod tests {
 
     #[test]
     fn a_typical_scan_is_good_and_every_oddity_is_named() {
-        assert_eq!(typical().judged(1.0).grade, Grade::Good);
-        let loose = Verdict { spread: Some(Spread { turn: 0.5, surface: 3.1 }), ..typical() }.judged(1.0);
+        assert_eq!(typical().judged(1.0, "mm").grade, Grade::Good);
+        let loose =
+            Verdict { spread: Some(Spread { turn: 0.5, surface: 3.1 }), ..typical() }.judged(1.0, "mm");
         assert_eq!((loose.grade, loose.reasons.len()), (Grade::Check, 1));
         let vague = Verdict { expected: Some(4.5), ..typical() };
-        assert_eq!(vague.clone().judged(1.0).grade, Grade::Check);
-        assert_eq!(vague.judged(2.0).grade, Grade::Good, "a class twice as large");
-        let other = Verdict { inlier_share: 0.3, ..typical() }.judged(1.0);
+        assert_eq!(vague.clone().judged(1.0, "mm").grade, Grade::Check);
+        assert_eq!(vague.judged(2.0, "mm").grade, Grade::Good, "a class twice as large");
+        let other = Verdict { inlier_share: 0.3, ..typical() }.judged(1.0, "mm");
         assert_eq!((other.grade, other.reasons.len()), (Grade::Reject, 1));
         let odd = Verdict { inlier_share: 0.7, seen_rms: 2.0, scale: 2.0, inferred_share: 0.9, ..typical() };
-        assert_eq!(odd.judged(1.0).reasons.len(), 4);
-        let strange = Verdict { inlier_share: 0.3, weight_norm: 3.0, ..typical() }.judged(1.0);
+        assert_eq!(odd.judged(1.0, "mm").reasons.len(), 4);
+        let strange = Verdict { inlier_share: 0.3, weight_norm: 3.0, ..typical() }.judged(1.0, "mm");
         assert_eq!((strange.grade, strange.reasons.len()), (Grade::Reject, 2));
     }
 }

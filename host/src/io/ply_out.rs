@@ -38,6 +38,9 @@ pub struct PlyOut<'a> {
     pub comments: Vec<String>,
 }
 
+/// Largest step of coordinates in single precision, share of the extent: half a millimetre in a kilometre of it.
+const COARSEST: f64 = 5e-7;
+
 /// Writes a PLY file, completely or not at all.
 ///
 /// # Errors
@@ -91,10 +94,10 @@ impl<'a> PlyOut<'a> {
 
     fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         out.write_all(self.header().as_bytes())?;
-        let mut row = Vec::new();
+        let (mut row, far_off) = (Vec::new(), self.is_far_off());
         for vertex in 0..self.mesh.points.len() {
             row.clear();
-            self.vertex(vertex, &mut row);
+            self.vertex(vertex, far_off, &mut row);
             out.write_all(&row)?;
         }
         for triangle in &self.mesh.triangles {
@@ -117,9 +120,21 @@ impl<'a> PlyOut<'a> {
         lines.join("\n")
     }
 
+    /// Whether the mesh lies so far from the origin that single precision would move its vertices: coordinates are
+    /// doubles then.
+    fn is_far_off(&self) -> bool {
+        let Some((low, high)) = self.mesh.bounds() else { return false };
+        let farthest = low.coords.abs().sup(&high.coords.abs()).max();
+        f64::from(f32::EPSILON) * farthest > COARSEST * (high - low).max()
+    }
+
     /// Types and names of the vertex properties, in the order in which [`Self::vertex`] writes.
     fn columns(&self) -> Vec<String> {
-        let mut columns = vec!["float x", "float y", "float z"];
+        let mut columns = if self.is_far_off() {
+            vec!["double x", "double y", "double z"]
+        } else {
+            vec!["float x", "float y", "float z"]
+        };
         if !self.mesh.normals.is_empty() {
             columns.extend(["float nx", "float ny", "float nz"]);
         }
@@ -133,9 +148,11 @@ impl<'a> PlyOut<'a> {
         columns.into_iter().map(str::to_owned).chain(floats).collect()
     }
 
-    fn vertex(&self, vertex: usize, row: &mut Vec<u8>) {
+    fn vertex(&self, vertex: usize, far_off: bool, row: &mut Vec<u8>) {
+        for &value in self.mesh.points[vertex].iter() {
+            if far_off { row.extend(value.to_le_bytes()) } else { row.extend((value as f32).to_le_bytes()) }
+        }
         let mut float = |value: f64| row.extend((value as f32).to_le_bytes());
-        self.mesh.points[vertex].iter().for_each(|&value| float(value));
         self.mesh.normals.get(vertex).into_iter().flatten().for_each(|&value| float(value));
         row.extend(self.colours.into_iter().flat_map(|colours| colours[vertex]));
         row.extend(self.labels.map(|labels| labels[vertex]));

@@ -5,6 +5,7 @@ use crate::distance::Surface;
 use crate::mesh::{Point, Vector};
 use crate::points::{OrientedPoints, thin};
 use crate::surface::{Volume, marching_cubes};
+use crate::train::SIDE;
 use crate::train::volume::{Lattice, sample};
 use lacuna::{Model, sample::far};
 
@@ -69,7 +70,7 @@ impl Field {
         let volume = sample(surface, &lattice, &places);
         let known = |(&d, &border): (&f32, &bool)| if border { f32::NAN } else { d / spacing as f32 };
         let values: Vec<f32> = volume.distances.iter().zip(&volume.border).map(known).collect();
-        let millimetre = area.sqrt() / 280.0 / spacing;
+        let millimetre = area.sqrt() / SIDE / spacing;
         let (samples, size) = on_surface(sides, &values, millimetre);
         let field = Self { sides, edge: 1.0, cells: cells(sides, &values), samples, size, millimetre };
         (field, 1.0 / spacing, -lattice.origin.coords / spacing)

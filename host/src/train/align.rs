@@ -111,7 +111,7 @@ pub fn align(
         keep_frame(shapes, &mut motions);
         return Ok(moved(shapes, motions, Way::Drawn));
     }
-    let size = |number: usize| (super::area(&shapes[0]) / super::area(&shapes[number])).sqrt();
+    let size = |number: usize| (shapes[0].area() / shapes[number].area()).sqrt();
     let done = std::sync::atomic::AtomicU64::new(0);
     let mut motions = vec![Similarity3::identity()];
     let found: Result<Vec<_>, Error> = (1..shapes.len())
@@ -161,7 +161,7 @@ fn sides(shapes: &[Mesh]) -> Result<Vec<Side>, Error> {
 
 /// About `count` points, evenly over the surface.
 fn even(mesh: &Mesh, count: f64) -> crate::points::OrientedPoints {
-    let area = super::area(mesh);
+    let area = mesh.area();
     thin(mesh, (area / count).sqrt().max(f64::MIN_POSITIVE))
 }
 
@@ -193,7 +193,7 @@ fn pairwise(
 /// The distances of a shape on its own lattice.
 fn prepared((mesh, side): (&Mesh, &Side)) -> Shape {
     let (low, high) = mesh.bounds().unwrap_or((Point::origin(), Point::origin()));
-    let (field, scale, shift) = Field::of_surface(&side.surface, low, high, super::area(mesh));
+    let (field, scale, shift) = Field::of_surface(&side.surface, low, high, mesh.area());
     let to_field = Similarity3::from_parts(Translation3::from(shift), UnitQuaternion::identity(), scale);
     Shape { field, to_field, points: side.points.clone() }
 }

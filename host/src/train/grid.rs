@@ -20,6 +20,9 @@ const PER_NODE: [u64; 2] = [5, 32];
 /// before a voxel was measured; 255 MB are counted, with the volumes at 3.3 mm 362 MB.
 const PER_TRIANGLE: u64 = 480;
 const PER_VERTEX: u64 = 64;
+/// Least share of a grid's brick cells that are stored, where there are so many cells that it matters: a closed surface in a
+/// grid of 87 cells a side, one and a half cells thick. The exact number is known only when all distances are measured.
+const STORED: f64 = 0.1;
 /// Bytes of a voxel of a whole volume, for each shape: distance, deviation from the mean, and component.
 const PER_WHOLE: u64 = 8 + 8 + 8;
 /// Bytes of a voxel of the whole grid while a line of sight volume is made.
@@ -54,7 +57,7 @@ pub(super) fn sides(lengths: [f64; 3], spacing: f64, brick: usize) -> Result<[us
 /// are aligned: too small a spacing is refused at once.
 ///
 /// # Errors
-/// [`Error::TooFine`], or [`Error::Memory`] where the meshes alone need too much.
+/// [`Error::TooFine`], [`Error::TooManyBricks`], or [`Error::Memory`] where the meshes alone need too much.
 pub fn check(shapes: &[Mesh], settings: &Settings) -> Result<(), Error> {
     let Some((low, high)) = shapes.first().and_then(Mesh::bounds) else { return Ok(()) };
     Budget::new(shapes, settings).check_nodes(0)?;
@@ -63,6 +66,12 @@ pub fn check(shapes: &[Mesh], settings: &Settings) -> Result<(), Error> {
         return Err(Error::Spacing(spacing));
     }
     sides((high - low).into(), spacing, brick)?;
+    let cells: f64 =
+        (high - low).iter().map(|length| (length / spacing / brick as f64).floor().max(1.0)).product();
+    let bricks = cells * STORED;
+    if bricks >= f64::from(lacuna::format::ABSENT) {
+        return Err(Error::TooManyBricks(bricks as usize));
+    }
     Ok(())
 }
 
@@ -137,6 +146,7 @@ mod tests {
         for tiny in [0.1, 1e-3, 1e-30] {
             assert!(matches!(check(&shapes, &settings(tiny)), Err(Error::TooFine { .. })), "{tiny}");
         }
+        assert!(matches!(check(&shapes, &settings(0.3)), Err(Error::TooManyBricks(_))));
         for odd in [1e-300, 1e300] {
             assert!(matches!(check(&shapes, &settings(odd)), Err(Error::Spacing(_))), "{odd}");
         }

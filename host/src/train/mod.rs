@@ -28,19 +28,14 @@ use crate::mesh::{Mesh, Point, Vector};
 use plan::Plan;
 use prepared::Prepared;
 
+/// Root of the surface of a shape, class millimetres.
+pub const SIDE: f64 = 280.0;
+
 /// One "class millimetre": all lengths of the method are stated for faces, whose surface is about
 /// 280 mm × 280 mm; other classes scale them with the root of their surface area.
 pub fn class_millimetre(shapes: &[Mesh]) -> f64 {
-    let mean = shapes.iter().map(area).sum::<f64>() / shapes.len().max(1) as f64;
-    mean.sqrt() / 280.0
-}
-
-fn area(mesh: &Mesh) -> f64 {
-    let double = |t: usize| {
-        let [a, b, c] = mesh.corners(t);
-        (b - a).cross(&(c - a)).norm()
-    };
-    (0..mesh.triangles.len()).map(double).sum::<f64>() / 2.0
+    let mean = shapes.iter().map(Mesh::area).sum::<f64>() / shapes.len().max(1) as f64;
+    mean.sqrt() / SIDE
 }
 
 /// Trains a model on aligned shapes: the model file.
