@@ -32,3 +32,30 @@ fn a_folder_without_a_mesh_says_so() {
     let sentence = "lacuna: empty: there is no mesh (ply, obj, stl) and no scan.json in this folder\n";
     assert_eq!((said.as_str(), code), (sentence, Some(1)));
 }
+
+#[test]
+fn every_file_that_cannot_be_used_has_its_reason() {
+    let folder = tempdir().unwrap();
+    let here = folder.path();
+    std::fs::write(here.join("good.ply"), lacuna_fixtures::SCAN).unwrap();
+    std::fs::write(here.join("empty.ply"), "").unwrap();
+    std::fs::write(here.join("picture.png.ply"), b"\x89PNG\r\n").unwrap();
+    let (said, complaint, code) = check(here, &["empty.ply", "good.ply", "nowhere.ply", "picture.png.ply"]);
+    for (name, reason) in [
+        ("empty.ply", "the file is empty"),
+        ("nowhere.ply", "cannot read nowhere.ply: there is no such file"),
+        ("picture.png.ply", "this is a picture"),
+    ] {
+        assert!(said.contains(&format!("{name}: cannot be used\n  {reason}")), "{name}: {said}");
+    }
+    assert_eq!((complaint.as_str(), code), ("lacuna: 3 of 4 files cannot be used\n", Some(1)));
+}
+
+#[test]
+fn a_single_file_has_its_reason_in_the_complaint() {
+    let folder = tempdir().unwrap();
+    std::fs::write(folder.path().join("empty.ply"), "").unwrap();
+    let (said, complaint, _) = check(folder.path(), &["empty.ply"]);
+    assert_eq!(said, "empty.ply: cannot be used\n");
+    assert_eq!(complaint, "lacuna: empty.ply: the file is empty; export it again\n");
+}

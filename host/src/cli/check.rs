@@ -50,18 +50,18 @@ impl Check {
         let model = bytes.as_deref().map(|bytes| inputs::model(bytes, self.model.as_deref())).transpose()?;
         let files: Vec<PathBuf> = self.files.iter().flat_map(|file| listed(file)).collect();
         let reports: Vec<Report> = files.iter().map(|file| self.report(file, model.as_ref())).collect();
+        // The reason of a single file is the program's own complaint.
+        let with_reasons = reports.len() > 1;
         if common.json {
             say(&serde_json::to_string_pretty(&reports)?);
         } else {
-            reports.iter().for_each(tell);
+            reports.iter().for_each(|report| tell(report, with_reasons));
         }
-        let refused: Vec<&Report> = reports.iter().filter(|report| !report.usable).collect();
-        match refused.as_slice() {
-            [] => Ok(()),
+        let refused = reports.iter().filter(|report| !report.usable).count();
+        match reports.as_slice() {
+            _ if refused == 0 => Ok(()),
             [one] => Err(reason(one).into()),
-            [one, ..] => {
-                Err(format!("{} files cannot be used; the first: {}", refused.len(), reason(one)).into())
-            }
+            all => Err(format!("{refused} of {} files cannot be used", all.len()).into()),
         }
     }
 
@@ -154,7 +154,7 @@ fn reason(report: &Report) -> String {
     if text.starts_with(&report.file) { text.into() } else { format!("{}: {text}", report.file) }
 }
 
-fn tell(report: &Report) {
+fn tell(report: &Report, with_reasons: bool) {
     if !report.usable {
         say(&format!("{}: cannot be used", report.file));
     } else {
@@ -164,7 +164,7 @@ fn tell(report: &Report) {
             report.inlier_share.map_or(String::new(), |s| format!(", best pose explains {:.0} %", 100.0 * s));
         say(&format!("{}: {counts}, {x:.4} x {y:.4} x {z:.4}{fit}", report.file));
     }
-    for finding in report.findings.iter().filter(|finding| finding.severity != Severity::Refused) {
+    for finding in report.findings.iter().filter(|f| with_reasons || f.severity != Severity::Refused) {
         say(&format!("  {}", finding.text));
     }
 }
