@@ -71,7 +71,7 @@ impl Check {
         let checked = match load(file) {
             Err(error) => Err(error.to_string()),
             Ok(Loaded { mesh, repairs }) => Ok(match model {
-                None => check::mesh(Loaded { mesh, repairs }),
+                None => check::lone_mesh(Loaded { mesh, repairs }),
                 Some(model) => {
                     let own = model.header().unit;
                     let factor = unit::millimetres(self.unit.unwrap_or(own)) / unit::millimetres(own);
