@@ -7,7 +7,7 @@
 pub mod alternatives;
 mod amount;
 mod edges;
-mod inwards;
+pub mod inwards;
 mod origin;
 pub mod size;
 pub mod training;
