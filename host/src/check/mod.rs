@@ -7,6 +7,7 @@
 pub mod alternatives;
 mod amount;
 mod edges;
+pub mod inwards;
 mod origin;
 pub mod size;
 pub mod training;
@@ -70,6 +71,13 @@ impl Checked {
         self.findings.push(Finding { severity: Severity::Refused, text });
     }
 
+    /// Adds a note on a mesh that seems to be inside out.
+    fn note_inwards(&mut self) {
+        if !self.is_refused() {
+            inwards::advice(&self.mesh).into_iter().for_each(|text| self.note(text));
+        }
+    }
+
     /// Whether the mesh cannot be used.
     pub fn is_refused(&self) -> bool {
         self.findings.iter().any(|finding| finding.severity == Severity::Refused)
@@ -116,6 +124,13 @@ fn mesh_with(loaded: Loaded, flat: Flat) -> Checked {
     let edges = Edges::of(&checked.mesh);
     edges::check(&mut checked, &edges);
     winding::check(&mut checked, &edges);
+    checked
+}
+
+/// As [`mesh`], for a mesh that may be meant for training.
+pub fn lone_mesh(loaded: Loaded) -> Checked {
+    let mut checked = mesh(loaded);
+    checked.note_inwards();
     checked
 }
 

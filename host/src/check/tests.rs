@@ -159,6 +159,17 @@ fn training_sets_are_judged_together() {
 }
 
 #[test]
+fn a_training_shape_that_faces_inwards_is_told() {
+    let names: Vec<String> = ["a", "b"].map(String::from).to_vec();
+    let [one, other] = [0, 1].map(|number| crate::synth::Head::sample(1, number).mesh());
+    let loaded = |mesh| Loaded { mesh, repairs: vec![] };
+    let shapes = vec![loaded(one), loaded(Alternative::Flipped.of(&other))];
+    let set = training::set(shapes, &names, Unit::Millimetre).ok().unwrap();
+    let [(1, text)] = set.findings.as_slice() else { panic!("{:?}", set.findings) };
+    assert!(text.starts_with("it seems to face inwards"), "{text}");
+}
+
+#[test]
 fn flat_triangles_stay_where_vertices_correspond() {
     let names: Vec<String> = ["a", "b"].map(String::from).to_vec();
     let loaded = |mesh: &Mesh| Loaded { mesh: mesh.clone(), repairs: vec![] };

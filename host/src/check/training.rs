@@ -71,6 +71,7 @@ fn single(shape: Loaded, flat: Flat) -> Checked {
     if checked.mesh.triangles.is_empty() && !checked.is_refused() {
         checked.refused("it has no triangles: a model is trained on meshes, not on points".into());
     }
+    checked.note_inwards();
     let far = checked
         .mesh
         .bounds()

@@ -1,10 +1,10 @@
 //! `lacuna check`.
 
-use super::{Common, Failure, inputs, say};
+use super::{Common, Failure, inputs, say, shapes};
 use crate::check::{self, Checked, Finding, Severity, alternatives};
 use crate::complete::clean::clean;
 use crate::complete::verdict::{self, Grade};
-use crate::io::Loaded;
+use crate::io::{Loaded, depth};
 use crate::register;
 use crate::unit;
 use lacuna::Model;
@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 /// Exit code 1 if one of the files cannot be used.
 #[derive(clap::Args)]
 pub struct Check {
-    /// Scans or meshes: PLY, OBJ, STL, PCD, XYZ, depth PNG, scan.json, or folders with one
+    /// Scans or meshes: PLY, OBJ, STL, PCD, XYZ, depth PNG, scan.json, or folders with one or with meshes
     #[arg(required = true)]
     files: Vec<PathBuf>,
     /// Also whether they fit this model: size, amount of surface, pose
@@ -48,29 +48,30 @@ impl Check {
     pub fn run(&self, common: &Common) -> Result<(), Failure> {
         let bytes = self.model.as_deref().map(|path| inputs::model_bytes(Some(path))).transpose()?;
         let model = bytes.as_deref().map(|bytes| inputs::model(bytes, self.model.as_deref())).transpose()?;
-        let reports: Vec<Report> = self.files.iter().map(|file| self.report(file, model.as_ref())).collect();
+        let files: Vec<PathBuf> = self.files.iter().flat_map(|file| listed(file)).collect();
+        let reports: Vec<Report> = files.iter().map(|file| self.report(file, model.as_ref())).collect();
+        // The reason of a single file is the program's own complaint.
+        let with_reasons = reports.len() > 1;
         if common.json {
             say(&serde_json::to_string_pretty(&reports)?);
         } else {
-            reports.iter().for_each(tell);
+            reports.iter().for_each(|report| tell(report, with_reasons));
         }
-        let refused: Vec<&Report> = reports.iter().filter(|report| !report.usable).collect();
-        match refused.as_slice() {
-            [] => Ok(()),
+        let refused = reports.iter().filter(|report| !report.usable).count();
+        match reports.as_slice() {
+            _ if refused == 0 => Ok(()),
             [one] => Err(reason(one).into()),
-            [one, ..] => {
-                Err(format!("{} files cannot be used; the first: {}", refused.len(), reason(one)).into())
-            }
+            all => Err(format!("{refused} of {} files cannot be used", all.len()).into()),
         }
     }
 
     fn report(&self, file: &Path, model: Option<&Model<'_>>) -> Report {
         let name = file.display().to_string();
         let mut inlier_share = None;
-        let checked = match inputs::scan(Some(file)) {
+        let checked = match load(file) {
             Err(error) => Err(error.to_string()),
             Ok(Loaded { mesh, repairs }) => Ok(match model {
-                None => check::mesh(Loaded { mesh, repairs }),
+                None => check::lone_mesh(Loaded { mesh, repairs }),
                 Some(model) => {
                     let own = model.header().unit;
                     let given = self.unit.unwrap_or(own);
@@ -124,13 +125,36 @@ impl Check {
     }
 }
 
+/// A file, or the meshes in a folder; a folder with depth images is a scan, an empty one has its error.
+fn listed(path: &Path) -> Vec<PathBuf> {
+    if !is_folder_of_meshes(path) {
+        return vec![path.into()];
+    }
+    let meshes = shapes::in_folder(path).ok().filter(|meshes| !meshes.is_empty());
+    meshes.unwrap_or_else(|| vec![path.into()])
+}
+
+fn is_folder_of_meshes(path: &Path) -> bool {
+    path.is_dir() && !depth::is_in(path)
+}
+
+fn load(path: &Path) -> Result<Loaded, Failure> {
+    if is_folder_of_meshes(path) && shapes::in_folder(path)?.is_empty() {
+        let path = path.display();
+        return Err(
+            format!("{path}: there is no mesh (ply, obj, stl) and no scan.json in this folder").into()
+        );
+    }
+    inputs::scan(Some(path))
+}
+
 fn reason(report: &Report) -> String {
     let refused = report.findings.iter().find(|finding| finding.severity == Severity::Refused);
     let text = refused.map_or("", |finding| finding.text.as_str());
     if text.starts_with(&report.file) { text.into() } else { format!("{}: {text}", report.file) }
 }
 
-fn tell(report: &Report) {
+fn tell(report: &Report, with_reasons: bool) {
     if !report.usable {
         say(&format!("{}: cannot be used", report.file));
     } else {
@@ -140,7 +164,7 @@ fn tell(report: &Report) {
             report.inlier_share.map_or(String::new(), |s| format!(", best pose explains {:.0} %", 100.0 * s));
         say(&format!("{}: {counts}, {x:.4} x {y:.4} x {z:.4}{fit}", report.file));
     }
-    for finding in report.findings.iter().filter(|finding| finding.severity != Severity::Refused) {
+    for finding in report.findings.iter().filter(|f| with_reasons || f.severity != Severity::Refused) {
         say(&format!("  {}", finding.text));
     }
 }

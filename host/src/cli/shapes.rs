@@ -72,15 +72,21 @@ fn expand(inputs: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
             paths.push(input.clone());
             continue;
         }
-        let mut found = meshes_in(input)
-            .map_err(|error| format!("cannot read the folder {}: {error}", input.display()))?;
+        let found = in_folder(input)?;
         if found.is_empty() {
             return Err(format!("the folder {} holds no meshes (ply, obj, stl)", input.display()).into());
         }
-        found.sort();
         paths.extend(found);
     }
     Ok(paths)
+}
+
+/// The meshes in a folder, in the order of their names.
+pub(super) fn in_folder(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let mut found =
+        meshes_in(folder).map_err(|error| format!("cannot read the folder {}: {error}", folder.display()))?;
+    found.sort();
+    Ok(found)
 }
 
 fn meshes_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {

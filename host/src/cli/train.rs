@@ -107,6 +107,7 @@ impl Train {
         let aligned = align(&shapes, self.align, self.seed, &|done, _| progress.set_position(done));
         let aligned = aligned.map_err(|error| match error {
             crate::train::align::Error::NoSurface(n)
+            | crate::train::align::Error::Turned(n)
             | crate::train::align::Error::NoMatch { number: n, .. } => named(n, error.to_string()),
         })?;
         progress.finish_and_clear();

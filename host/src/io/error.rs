@@ -114,11 +114,29 @@ pub enum Problem {
         present: u64,
     },
     /// A line with too few or too many values.
-    #[error("{found} values in a line that should have {expected}; correct the line")]
+    #[error("{} in a line that should have {expected}; correct the line", values(*found))]
     Columns {
         /// Values needed.
         expected: &'static str,
         /// Values found.
+        found: usize,
+    },
+    /// A line of a table that has not as many values as the others.
+    #[error("{} in a line, the first one has {first}; correct the line", values(*found))]
+    Ragged {
+        /// Values found.
+        found: usize,
+        /// Values of the first line.
+        first: usize,
+    },
+    /// A text cloud whose length contradicts its first line.
+    #[error(
+        "the first line announces {stated} points, {found} follow; the file is cut off or damaged, copy it again"
+    )]
+    PointCount {
+        /// Points according to the first line.
+        stated: u64,
+        /// Points there are.
         found: usize,
     },
     /// More memory than `--max-memory` allows.
@@ -172,6 +190,11 @@ impl fmt::Display for Place {
             Place::Byte(offset) => write!(f, ", byte {offset}"),
         }
     }
+}
+
+/// "1 value", "2 values".
+fn values(count: usize) -> String {
+    if count == 1 { "1 value".into() } else { format!("{count} values") }
 }
 
 /// Cause and remedy of a failed read.

@@ -18,7 +18,7 @@ pub enum Format {
     Stl,
     /// Point Cloud Data, ascii, binary or compressed.
     Pcd,
-    /// Text with the columns x y z or x y z nx ny nz.
+    /// Text with the columns x y z, or more.
     Xyz,
 }
 
@@ -62,16 +62,18 @@ impl Format {
             "obj" => Some(Format::Obj),
             "stl" => Some(Format::Stl),
             "pcd" => Some(Format::Pcd),
-            "xyz" => Some(Format::Xyz),
+            "xyz" | "pts" => Some(Format::Xyz),
             _ => None,
         }
     }
 
-    /// Judges by the first line that says something.
+    /// Judges by the first line that says something, and by the next one if it is the count of the points.
     fn by_guess(bytes: &[u8]) -> Option<Self> {
-        let line = Lines::new(bytes).map(|(_, line)| line).find(|line| !is_remark(line))?;
+        let mut lines = Lines::new(bytes).map(|(_, line)| line).filter(|line| !is_remark(line));
+        let line = lines.next()?;
         match words(line).next()? {
             b"v" | b"vn" | b"vt" | b"o" | b"g" | b"mtllib" | b"usemtl" => Some(Format::Obj),
+            _ if xyz::count(line).is_some() => is_table(lines.next()?).then_some(Format::Xyz),
             _ => is_table(line).then_some(Format::Xyz),
         }
     }
@@ -131,6 +133,7 @@ mod tests {
         assert_eq!(detect("a.PLY", b"plain"), Ok(Format::Ply));
         assert_eq!(detect("a.obj", b"mtllib"), Ok(Format::Obj));
         assert_eq!(detect("a.xyz", b"x y z\n1 2 3"), Ok(Format::Xyz));
+        assert_eq!(detect("a.pts", b"intensity"), Ok(Format::Xyz));
     }
 
     #[test]
@@ -145,6 +148,8 @@ mod tests {
         assert_eq!(detect("a.txt", b"# x y z\n\n 1 2 3"), Ok(Format::Xyz));
         assert_eq!(detect("a.txt", b"# blender\nmtllib a.mtl"), Ok(Format::Obj));
         assert_eq!(detect("noname", b"-1e3 2 3"), Ok(Format::Xyz));
+        assert_eq!(detect("a.txt", b"2\n1 2 3 0.5\n"), Ok(Format::Xyz));
+        assert_eq!(detect("a.txt", b"2\napples\n"), Err(Problem::UnknownFormat));
     }
 
     #[test]

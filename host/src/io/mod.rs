@@ -13,6 +13,7 @@
 //! Vertices keep the order of the file (STL has none: there, the order of first use).
 
 pub mod atomic;
+mod columns;
 pub mod depth;
 mod error;
 mod finish;

@@ -7,15 +7,18 @@
 
 use super::generalised::{Shape, towards_mean};
 use super::jitter::{jitter, keep_frame};
+use crate::check::inwards::facing;
 use crate::distance::Surface;
 use crate::mesh::{Mesh, Point};
-use crate::points::thin;
+use crate::points::{OrientedPoints, thin};
 use crate::register::field::Field;
 use crate::register::icp::{Outcome, Side, icp};
-use crate::register::search::Search;
+use crate::register::search::{Candidate, Search};
 use lacuna::format::Jitter;
 use nalgebra::{Similarity3, Translation3, UnitQuaternion};
 use rayon::prelude::*;
+use std::cmp::Ordering;
+use std::sync::atomic::{self, AtomicU64};
 
 /// Whether the shapes are aligned before training.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,6 +78,12 @@ pub enum Error {
         /// Share of points with a partner, per cent.
         overlap: f64,
     },
+    /// A shape that matches inside out, counted from zero.
+    #[error(
+        "training shape {0} could not be aligned: its triangles face the other way than those of the others; turn \
+         them round"
+    )]
+    Turned(usize),
 }
 
 /// Median distance, share of the size, and overlap within which shapes count as in one pose. Among 90 aligned
@@ -111,20 +120,63 @@ pub fn align(
         keep_frame(shapes, &mut motions);
         return Ok(moved(shapes, motions, Way::Drawn));
     }
-    let size = |number: usize| (shapes[0].area() / shapes[number].area()).sqrt();
-    let done = std::sync::atomic::AtomicU64::new(0);
-    let mut motions = vec![Similarity3::identity()];
-    let found: Result<Vec<_>, Error> = (1..shapes.len())
-        .into_par_iter()
-        .map(|number| {
-            let motion = pairwise(&prepared[number], &prepared[0], size(number), seed, number);
-            progress(done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1, shapes.len() as u64 - 1);
-            motion
-        })
-        .collect();
-    motions.extend(found?);
+    let mut motions = searched(shapes, &prepared, seed, progress)?;
     towards_mean(&prepared, &mut motions);
     Ok(moved(shapes, motions, |_| Way::Searched))
+}
+
+/// From each shape to the first one, roughly.
+fn searched(
+    shapes: &[Mesh],
+    prepared: &[Shape],
+    seed: u64,
+    progress: &(dyn Fn(u64, u64) + Sync),
+) -> Result<Vec<Similarity3<f64>>, Error> {
+    let done = AtomicU64::new(0);
+    let search = |number: usize| {
+        let motion = pairwise(&prepared[number], &prepared[0], size_of(shapes, number), seed, number);
+        progress(done.fetch_add(1, atomic::Ordering::Relaxed) + 1, shapes.len() as u64 - 1);
+        motion
+    };
+    let found: Vec<Result<_, Error>> = (1..shapes.len()).into_par_iter().map(search).collect();
+    if let Some(number) = inside_out(shapes, prepared, &found, seed) {
+        return Err(Error::Turned(number));
+    }
+    std::iter::once(Ok(Similarity3::identity())).chain(found).collect()
+}
+
+/// Size of the first shape, a share of that of another one.
+fn size_of(shapes: &[Mesh], number: usize) -> f64 {
+    (shapes[0].area() / shapes[number].area()).sqrt()
+}
+
+/// The shape that is inside out, if that is why some match no pose of the first one. Those in the minority are; among
+/// as many of either, those that seem to face inwards.
+fn inside_out<T>(
+    shapes: &[Mesh],
+    prepared: &[Shape],
+    found: &[Result<T, Error>],
+    seed: u64,
+) -> Option<usize> {
+    let strangers = (1..).zip(found).filter(|(_, result)| result.is_err());
+    let turned = |&number: &usize| {
+        let points = inverted(&prepared[number].points);
+        let best = best(&points, &prepared[0], size_of(shapes, number), seed);
+        best.is_some_and(|best| best.quality > LEAST)
+    };
+    let turned: Vec<usize> = strangers.map(|(number, _)| number).filter(turned).collect();
+    let &odd = turned.first()?;
+    let alike = 1 + found.iter().filter(|result| result.is_ok()).count();
+    let first = match turned.len().cmp(&alike) {
+        Ordering::Less => false,
+        Ordering::Equal => facing(&shapes[0]) < facing(&shapes[odd]),
+        Ordering::Greater => true,
+    };
+    Some(if first { 0 } else { odd })
+}
+
+fn inverted(points: &OrientedPoints) -> OrientedPoints {
+    OrientedPoints { points: points.points.clone(), normals: points.normals.iter().map(|n| -n).collect() }
 }
 
 fn moved(
@@ -160,7 +212,7 @@ fn sides(shapes: &[Mesh]) -> Result<Vec<Side>, Error> {
 }
 
 /// About `count` points, evenly over the surface.
-fn even(mesh: &Mesh, count: f64) -> crate::points::OrientedPoints {
+fn even(mesh: &Mesh, count: f64) -> OrientedPoints {
     let area = mesh.area();
     thin(mesh, (area / count).sqrt().max(f64::MIN_POSITIVE))
 }
@@ -173,7 +225,7 @@ fn together(here: &Outcome, size: f64) -> bool {
     here.median < SAME_POSE.0 * size && here.overlap > SAME_POSE.1
 }
 
-/// A shape's motion to the first one, roughly: the best candidate of a coarse search.
+/// A shape's motion to the first one, roughly.
 fn pairwise(
     shape: &Shape,
     first: &Shape,
@@ -181,13 +233,18 @@ fn pairwise(
     seed: u64,
     number: usize,
 ) -> Result<Similarity3<f64>, Error> {
-    let search = Search::new(&first.field, &shape.points, first.to_field.scaling() * sizes, seed);
-    match search.candidates(0, DRAWS, 1).first() {
+    match best(&shape.points, first, sizes, seed) {
         Some(best) if best.quality > LEAST => Ok(first.to_field.inverse() * best.pose),
         other => {
             Err(Error::NoMatch { number, overlap: 100.0 * other.map_or(0.0, |best| best.quality.max(0.0)) })
         }
     }
+}
+
+/// The best candidate of a coarse search for the pose of a shape's points on the first one.
+fn best(points: &OrientedPoints, first: &Shape, sizes: f64, seed: u64) -> Option<Candidate> {
+    let search = Search::new(&first.field, points, first.to_field.scaling() * sizes, seed);
+    search.candidates(0, DRAWS, 1).into_iter().next()
 }
 
 /// The distances of a shape on its own lattice.
@@ -203,5 +260,27 @@ fn transformed(mesh: &Mesh, motion: &Similarity3<f64>) -> Mesh {
         points: mesh.points.iter().map(|p| motion * p).collect(),
         normals: mesh.normals.iter().map(|n| motion.isometry.rotation * n).collect(),
         triangles: mesh.triangles.clone(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::alternatives::Alternative;
+    use crate::synth::Head;
+
+    fn refused(shapes: &[Mesh]) -> Error {
+        align(shapes, Align::Auto, 1, &|_, _| ()).err().unwrap()
+    }
+
+    #[test]
+    fn a_shape_that_is_inside_out_is_told_from_a_stranger() {
+        let [a, b, c] = [0, 1, 2].map(|number| Head::sample(1, number).mesh());
+        let turned = Alternative::Flipped.of(&c);
+        assert!(matches!(refused(&[a.clone(), b.clone(), turned]), Error::Turned(2)));
+        let turned = Alternative::Flipped.of(&a);
+        assert!(matches!(refused(&[turned.clone(), b.clone(), c]), Error::Turned(0)));
+        assert!(matches!(refused(&[turned, b.clone()]), Error::Turned(0)));
+        assert!(matches!(refused(&[a, Alternative::Flipped.of(&b)]), Error::Turned(1)));
     }
 }

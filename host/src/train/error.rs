@@ -22,6 +22,16 @@ pub enum Error {
         /// Voxels along the longest side, without the margin.
         voxels: f64,
     },
+    /// A grid whose voxels are longer than what the fit measures.
+    #[error(
+        "a voxel of {spacing} is too coarse for these shapes, at most {limit:.4} can be: choose a smaller --spacing"
+    )]
+    TooCoarse {
+        /// The voxel edge asked for.
+        spacing: f64,
+        /// The longest one.
+        limit: f64,
+    },
     /// A voxel edge that single precision cannot hold.
     #[error("a voxel of {0:e} is no usable length: choose a --spacing in the unit of the meshes")]
     Spacing(f64),

@@ -8,6 +8,9 @@ const USUAL_SPACING: f64 = 3.3;
 /// Voxels along the longest side, at least and at most.
 const SIDE_VOXELS: [f64; 2] = [60.0, 90.0];
 
+/// Longest edge of a voxel in class millimetres: the format holds ridges of the fit down to 1e-6 voxel², the least of
+/// them at 50 class millimetres; held-back shapes are a little smaller than all.
+const COARSEST: f64 = 45.0;
 /// Largest number of voxels a side.
 const MOST: f64 = lacuna::grid::MAX_SIDE as f64;
 /// Bytes of a voxel that is measured, for each shape: distance and border, column, mode, mode in file order.
@@ -54,16 +57,21 @@ pub(super) fn sides(lengths: [f64; 3], spacing: f64, brick: usize) -> Result<[us
 }
 
 /// Whether a grid of the spacing asked for can be made at all, judged by the shapes as they are, before they
-/// are aligned: too small a spacing is refused at once.
+/// are aligned: too small or too large a spacing is refused at once.
 ///
 /// # Errors
-/// [`Error::TooFine`], [`Error::TooManyBricks`], or [`Error::Memory`] where the meshes alone need too much.
+/// [`Error::TooFine`], [`Error::TooCoarse`], [`Error::TooManyBricks`], or [`Error::Memory`] where the meshes alone need
+/// too much.
 pub fn check(shapes: &[Mesh], settings: &Settings) -> Result<(), Error> {
     let Some((low, high)) = shapes.first().and_then(Mesh::bounds) else { return Ok(()) };
     Budget::new(shapes, settings).check_nodes(0)?;
     let (spacing, _, brick) = voxel(shapes, settings);
     if !(spacing as f32).is_normal() || !((1.0 / spacing) as f32).is_normal() {
         return Err(Error::Spacing(spacing));
+    }
+    let limit = COARSEST * class_millimetre(shapes);
+    if spacing > limit {
+        return Err(Error::TooCoarse { spacing, limit });
     }
     sides((high - low).into(), spacing, brick)?;
     let cells: f64 =
@@ -147,6 +155,9 @@ mod tests {
             assert!(matches!(check(&shapes, &settings(tiny)), Err(Error::TooFine { .. })), "{tiny}");
         }
         assert!(matches!(check(&shapes, &settings(0.3)), Err(Error::TooManyBricks(_))));
+        for coarse in [100.0, 1e5] {
+            assert!(matches!(check(&shapes, &settings(coarse)), Err(Error::TooCoarse { .. })), "{coarse}");
+        }
         for odd in [1e-300, 1e300] {
             assert!(matches!(check(&shapes, &settings(odd)), Err(Error::Spacing(_))), "{odd}");
         }

@@ -88,6 +88,11 @@ pub fn is_depth(path: &Path) -> bool {
     path.is_dir() || extension.is_some_and(|extension| extension == "json" || extension == "png")
 }
 
+/// Whether a folder holds depth views: whether a description of them is in it.
+pub fn is_in(folder: &Path) -> bool {
+    folder.join(DESCRIPTION).exists()
+}
+
 /// Reads depth views: all of a scan.json, all of the scan.json in a folder, or the one view
 /// whose PNG is named, described by the scan.json beside it.
 ///

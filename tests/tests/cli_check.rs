@@ -1,0 +1,61 @@
+//! `lacuna check` of several files and of folders.
+
+use lacuna_tests::program::{lacuna, succeeds};
+use std::path::Path;
+use tempfile::tempdir;
+
+/// What the program says on standard output and on standard error, and its exit code.
+fn check(folder: &Path, arguments: &[&str]) -> (String, String, Option<i32>) {
+    let output = lacuna(folder, &[&["check"], arguments].concat());
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (text(&output.stdout), text(&output.stderr), output.status.code())
+}
+
+#[test]
+fn all_meshes_of_a_folder_are_checked() {
+    let folder = tempdir().unwrap();
+    succeeds(folder.path(), &["synth", "heads", "heads", "--count", "2"]);
+    std::fs::write(folder.path().join("heads/remarks.txt"), "no mesh").unwrap();
+    let said = succeeds(folder.path(), &["check", "heads"]);
+    let lines: Vec<&str> = said.lines().filter(|line| !line.starts_with(' ')).collect();
+    assert_eq!(lines.len(), 2, "{said}");
+    for (line, name) in lines.iter().zip(["head_000.ply: ", "head_001.ply: "]) {
+        assert!(line.contains(name) && line.contains(" triangles"), "{line}");
+    }
+}
+
+#[test]
+fn a_folder_without_a_mesh_says_so() {
+    let folder = tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("empty")).unwrap();
+    let (_, said, code) = check(folder.path(), &["empty"]);
+    let sentence = "lacuna: empty: there is no mesh (ply, obj, stl) and no scan.json in this folder\n";
+    assert_eq!((said.as_str(), code), (sentence, Some(1)));
+}
+
+#[test]
+fn every_file_that_cannot_be_used_has_its_reason() {
+    let folder = tempdir().unwrap();
+    let here = folder.path();
+    std::fs::write(here.join("good.ply"), lacuna_fixtures::SCAN).unwrap();
+    std::fs::write(here.join("empty.ply"), "").unwrap();
+    std::fs::write(here.join("picture.png.ply"), b"\x89PNG\r\n").unwrap();
+    let (said, complaint, code) = check(here, &["empty.ply", "good.ply", "nowhere.ply", "picture.png.ply"]);
+    for (name, reason) in [
+        ("empty.ply", "the file is empty"),
+        ("nowhere.ply", "cannot read nowhere.ply: there is no such file"),
+        ("picture.png.ply", "this is a picture"),
+    ] {
+        assert!(said.contains(&format!("{name}: cannot be used\n  {reason}")), "{name}: {said}");
+    }
+    assert_eq!((complaint.as_str(), code), ("lacuna: 3 of 4 files cannot be used\n", Some(1)));
+}
+
+#[test]
+fn a_single_file_has_its_reason_in_the_complaint() {
+    let folder = tempdir().unwrap();
+    std::fs::write(folder.path().join("empty.ply"), "").unwrap();
+    let (said, complaint, _) = check(folder.path(), &["empty.ply"]);
+    assert_eq!(said, "empty.ply: cannot be used\n");
+    assert_eq!(complaint, "lacuna: empty.ply: the file is empty; export it again\n");
+}
