@@ -24,8 +24,8 @@ const PER_NODE: [u64; 2] = [5, 32];
 const PER_TRIANGLE: u64 = 480;
 const PER_VERTEX: u64 = 64;
 /// Least share of a grid's brick cells that are stored, where there are so many cells that it matters: a closed surface in a
-/// grid of 87 cells a side, one and a half cells thick. The exact number is known only when all distances are measured.
-const STORED: f64 = 0.1;
+/// grid of 75 cells a side, two cells thick, which is less than a band is on so fine a grid. The exact number is known only when all distances are measured.
+const STORED: f64 = 0.15;
 /// Bytes of a voxel of a whole volume, for each shape: distance, deviation from the mean, and component.
 const PER_WHOLE: u64 = 8 + 8 + 8;
 /// Bytes of a voxel of the whole grid while a line of sight volume is made.
@@ -154,7 +154,7 @@ mod tests {
         for tiny in [0.1, 1e-3, 1e-30] {
             assert!(matches!(check(&shapes, &settings(tiny)), Err(Error::TooFine { .. })), "{tiny}");
         }
-        assert!(matches!(check(&shapes, &settings(0.3)), Err(Error::TooManyBricks(_))));
+        assert!(matches!(check(&shapes, &settings(0.25)), Err(Error::TooManyBricks(_))));
         for coarse in [100.0, 1e5] {
             assert!(matches!(check(&shapes, &settings(coarse)), Err(Error::TooCoarse { .. })), "{coarse}");
         }
