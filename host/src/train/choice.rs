@@ -123,23 +123,8 @@ impl Search {
         Ok(Self { settings, usual, prepared, best })
     }
 
-    /// The spacing to try next, unless this one is as good as any, or the last.
     fn next_spacing(&self) -> Option<f64> {
-        let [now, usual] = [self.best.size, self.usual].map(|size| f64::from(size.spacing));
-        let coarsest = COARSEST * usual;
-        if self.settings.spacing.is_some() || now >= coarsest * (1.0 - 1e-6) {
-            return None;
-        }
-        let voxels = libm::pow(usual / now, 3.0);
-        let modes = self.best.size.modes as f64 / self.usual.modes as f64;
-        // Neither file nor memory shrinks faster than the number of voxels: the cubic root does not go too far.
-        let factor = match (self.best.fits(), self.settings.modes) {
-            (true, Some(_)) => return None,
-            (true, None) if modes >= voxels => return None,
-            (true, None) => libm::pow(voxels / modes, 1.0 / 6.0).min(FARTHEST_STEP),
-            (false, _) => libm::cbrt(self.best.excess),
-        };
-        Some(rounded(now * factor.max(LEAST_STEP)).min(coarsest))
+        next_spacing(self.usual, self.best.size, self.best.excess, &self.settings)
     }
 
     fn made(self) -> Result<Made, Error> {
@@ -152,6 +137,25 @@ impl Search {
         let choice = Some(Choice { usual, chosen: best.size });
         Ok(Made { prepared, file: best.file, choice })
     }
+}
+
+/// The spacing to try next, unless this one is as good as any, or the last; `excess` is that of the model at `now`.
+fn next_spacing(usual: Size, now: Size, excess: f64, settings: &Settings) -> Option<f64> {
+    let [first, spacing] = [usual, now].map(|size| f64::from(size.spacing));
+    let coarsest = COARSEST * first;
+    if settings.spacing.is_some() || spacing >= coarsest * (1.0 - 1e-6) {
+        return None;
+    }
+    let voxels = libm::pow(first / spacing, 3.0);
+    let modes = now.modes as f64 / usual.modes as f64;
+    let factor = match (excess <= 1.0, settings.modes) {
+        (true, Some(_)) => return None,
+        (true, None) if modes >= voxels => return None,
+        (true, None) => libm::pow(voxels / modes, 1.0 / 6.0).min(FARTHEST_STEP),
+        // Neither file nor memory shrinks faster than the number of voxels: the cubic root does not go too far.
+        (false, _) => libm::cbrt(excess),
+    };
+    Some(rounded(spacing * factor.max(LEAST_STEP)).min(coarsest))
 }
 
 /// The most modes that fit at one spacing, or one if none does; `whole` has all of them.
@@ -179,4 +183,43 @@ fn most_modes(prepared: &mut Prepared, whole: Candidate, settings: &Settings) ->
 /// A length in three digits, as it can be asked for by hand.
 fn rounded(length: f64) -> f64 {
     format!("{length:.2e}").parse().unwrap_or(length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const USUAL: Size = Size { spacing: 3.3, modes: 29 };
+
+    fn next(spacing: f32, modes: usize, excess: f64) -> Option<f64> {
+        next_spacing(USUAL, Size { spacing, modes }, excess, &Settings::default())
+    }
+
+    #[test]
+    fn voxels_get_coarser_until_as_much_of_the_modes_is_left() {
+        assert_eq!((next(3.3, 29, 0.9), next(3.7, 21, 0.9)), (None, None));
+        assert_eq!(next(3.3, 20, 0.9), Some(3.51));
+        assert_eq!(next(3.7, 20, 0.9), Some(3.85));
+    }
+
+    #[test]
+    fn what_was_asked_for_stays() {
+        let spaced = Settings { spacing: Some(3.3), ..Settings::default() };
+        assert_eq!(next_spacing(USUAL, Size { modes: 1, ..USUAL }, 9.0, &spaced), None);
+        let all = Settings { modes: Some(29), ..Settings::default() };
+        assert_eq!(next_spacing(USUAL, USUAL, 2.0, &all), Some(4.16));
+        assert_eq!(next_spacing(USUAL, Size { spacing: 4.5, ..USUAL }, 1.0, &all), None);
+    }
+
+    #[test]
+    fn steps_come_to_an_end() {
+        for excess in [0.5, 1.001, 1e9] {
+            let mut steps = vec![3.3f32];
+            while let Some(spacing) = next(steps[steps.len() - 1], 1, excess) {
+                steps.push(spacing as f32);
+                assert!(steps.len() < 31, "{steps:?}");
+            }
+            assert_eq!(steps.last(), Some(&9.9), "{steps:?}");
+        }
+    }
 }
