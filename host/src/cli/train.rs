@@ -32,8 +32,8 @@ pub struct Train {
     /// Largest model file: bytes, or with K, M or G; unless they are given, spacing and modes are chosen for it
     #[arg(long, value_name = "BYTES", value_parser = io::limit::parse)]
     flash: Option<u64>,
-    /// Largest memory of the fit: bytes, or with K, M or G, chosen for likewise; the scan's points, 12 bytes each, come on
-    /// top
+    /// Largest memory of the fit: bytes, or with K, M or G, chosen for likewise; the scan's points, 12 bytes each, come
+    /// on top
     #[arg(long, value_name = "BYTES", value_parser = io::limit::parse)]
     ram: Option<u64>,
     /// Voxels between the nodes of the weight field, 1 to 4 [default: about 10 mm of a face]

@@ -139,10 +139,8 @@ fn chosen(choice: &Choice, symbol: &str) -> String {
     if chosen == usual {
         return "chosen          nothing had to be given up".into();
     }
-    format!(
-        "chosen          {modes} of {} modes and voxels of {spacing} {symbol} instead of {}",
-        usual.modes, usual.spacing
-    )
+    let kept = format!("chosen          {modes} of {} modes, voxels of {spacing} {symbol}", usual.modes);
+    if *spacing == usual.spacing { kept } else { format!("{kept} instead of {}", usual.spacing) }
 }
 
 /// How well the expected errors hold, as a line of text.

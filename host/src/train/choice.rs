@@ -1,9 +1,11 @@
 //! Spacing and modes of the best model that a device has room for.
 //!
-//! What costs least is to give up both alike: 30 faces at 3.9 mm with 20 modes complete nine scans as well as at 3.3 mm
-//! with 29, in 0.45 of the file and 0.57 of the memory, while the same saved by modes alone or by the spacing alone is
-//! seen. So the voxels become coarser, step by step, and at each spacing as many modes are kept as there is room for,
-//! until the share of the modes kept is no longer less than that of the voxels, which goes with the cube of the spacing.
+//! Measured on 30 faces from 3.3 mm and 29 modes, mean rms of the missing (seen) part of 16 scans of other faces, 2.47
+//! (0.36) mm with the whole model: in half of the file by modes alone 2.78 (0.42), by the spacing alone 2.53 (0.39),
+//! by both 2.60 (0.39); in a third by the spacing alone 2.57 (0.50), by both 2.56 (0.41). Modes alone cost the missing
+//! part most, the spacing alone the seen one, and both together neither much. So the voxels become coarser, step by
+//! step, and at each spacing as many modes are kept as there is room for, until the share of the modes kept is no
+//! longer less than that of the voxels, which goes with the cube of the spacing.
 
 use super::footprint::{Footprint, Limits};
 use super::prepared::Prepared;
@@ -15,7 +17,8 @@ use lacuna::Model;
 const COARSEST: f64 = 3.0;
 /// Factor of a step in the spacing, at least: 29 steps are the most there can be, and three or four are usual.
 const LEAST_STEP: f64 = 1.04;
-/// The same at most, once some modes fit: where they are few, one more or less says little about how far there is to go.
+/// The same at most, once some modes fit: where they are few, one more or less says little about how far there is to
+/// go.
 const FARTHEST_STEP: f64 = 1.12;
 
 /// Voxel edge and number of modes of a model.
