@@ -6,10 +6,11 @@ use super::trained::{LeaveOneOut, Made, Report};
 use super::{Common, Failure, bar, inputs, say};
 use crate::io;
 use crate::mesh::Mesh;
+use crate::sentence::sentence;
 use crate::train::align::{Align, Way, align};
 use crate::train::calibration::{Trained, train_calibrated};
 use crate::train::held_out::HeldOut;
-use crate::train::{Settings, leave_one_out};
+use crate::train::{Footprint, Limits, Settings, leave_one_out};
 use crate::unit;
 use lacuna::format::Unit;
 use std::path::{Path, PathBuf};
@@ -27,8 +28,15 @@ pub struct Train {
     #[arg(long, value_parser = positive)]
     spacing: Option<f64>,
     /// Most modes to keep [default: one less than the shapes]
-    #[arg(long, default_value_t = 127, hide_default_value = true, value_parser = clap::value_parser!(u8).range(1..=127))]
-    modes: u8,
+    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=127))]
+    modes: Option<u8>,
+    /// Largest model file: bytes, or with K, M or G; unless they are given, spacing and modes are chosen for it
+    #[arg(long, value_name = "BYTES", value_parser = io::limit::parse)]
+    flash: Option<u64>,
+    /// Largest memory of the fit: bytes, or with K, M or G, chosen for likewise; the scan's points, 12 bytes each, come
+    /// on top
+    #[arg(long, value_name = "BYTES", value_parser = io::limit::parse)]
+    ram: Option<u64>,
     /// Voxels between the nodes of the weight field, 1 to 4 [default: about 10 mm of a face]
     #[arg(long, value_parser = clap::value_parser!(u8).range(1..=4))]
     stride: Option<u8>,
@@ -125,7 +133,9 @@ impl Train {
         let table = self.leave_one_out.then(|| table(&trained, &paths));
         let seconds = start.elapsed().as_secs_f64();
         let output = self.output.display().to_string();
-        let made = Made { output, bytes: trained.file.len(), way: aligned.way, notes, seconds };
+        let Footprint { flash, ram } =
+            Footprint::of(&trained.file).map_err(|error| format!("the model {}", sentence(&error)))?;
+        let made = Made { output, flash, ram, choice: trained.choice, way: aligned.way, notes, seconds };
         let report = Report::new(&model, made, table);
         if common.json {
             say(&serde_json::to_string_pretty(&report).unwrap_or_default());
@@ -157,12 +167,13 @@ impl Train {
     fn settings(&self) -> Settings {
         Settings {
             spacing: self.spacing,
-            modes: usize::from(self.modes),
+            modes: self.modes.map(usize::from),
             stride: self.stride,
             unit: self.unit,
             distances: self.distances,
             symmetric: self.symmetric,
             memory: io::limit::get(),
+            limits: Limits { flash: self.flash, ram: self.ram },
             ..Settings::default()
         }
     }

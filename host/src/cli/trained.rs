@@ -2,6 +2,7 @@
 
 use super::scatter::Scatter;
 use crate::train::align::Way;
+use crate::train::choice::{Choice, Size};
 use crate::train::leave_one_out;
 use lacuna::Model;
 use lacuna::format::Calibration;
@@ -11,7 +12,11 @@ pub struct Made {
     /// Where it is.
     pub output: String,
     /// Length of the file.
-    pub bytes: usize,
+    pub flash: u64,
+    /// Bytes of memory its fit takes.
+    pub ram: u64,
+    /// Spacing and modes, where they were chosen for a device.
+    pub choice: Option<Choice>,
     /// How the shapes came into one pose.
     pub way: Way,
     /// What was noticed on the way.
@@ -31,7 +36,11 @@ pub struct Report {
     modes: usize,
     voxels: usize,
     spacing: f32,
-    bytes: usize,
+    bytes: u64,
+    /// Memory of the fit without the scan's points.
+    fit_bytes: u64,
+    /// Spacing and modes without limits and within those that were given.
+    choice: Option<Choice>,
     checksum: String,
     seconds: f64,
     /// How far mirror images of the shapes lie from the shapes, in their unit, if the class is symmetric.
@@ -63,7 +72,9 @@ impl Report {
             modes: model.modes(),
             voxels: model.voxels(),
             spacing: header.spacing,
-            bytes: made.bytes,
+            bytes: made.flash,
+            fit_bytes: made.ram,
+            choice: made.choice,
             checksum: format!("{:08x}", model.checksum()),
             seconds: made.seconds,
             notes: made.notes,
@@ -93,6 +104,11 @@ impl Report {
                 self.seconds
             ),
         ]);
+        lines.push(format!(
+            "takes           {} bytes of flash, {} of RAM and 12 more for each point of a scan",
+            self.bytes, self.fit_bytes
+        ));
+        lines.extend(self.choice.as_ref().map(|choice| chosen(choice, symbol)));
         lines.extend(self.symmetry_deviation.map(|off| {
             format!(
                 "symmetry        a plane; mirror images lie {off:.2} {symbol} off in the root mean square"
@@ -114,6 +130,17 @@ impl Report {
             None => "left as they lie".into(),
         }
     }
+}
+
+/// What a device cost the model.
+fn chosen(choice: &Choice, symbol: &str) -> String {
+    let Choice { usual, chosen } = choice;
+    let Size { spacing, modes } = chosen;
+    if chosen == usual {
+        return "chosen          nothing had to be given up".into();
+    }
+    let kept = format!("chosen          {modes} of {} modes, voxels of {spacing} {symbol}", usual.modes);
+    if *spacing == usual.spacing { kept } else { format!("{kept} instead of {}", usual.spacing) }
 }
 
 /// How well the expected errors hold, as a line of text.

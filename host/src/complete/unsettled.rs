@@ -109,6 +109,14 @@ mod tests {
     }
 
     #[test]
+    fn the_sign_that_fits_the_neighbours_better_is_right() {
+        // Beside a fold on the neck of a real head, voxels: half of the neighbours allow either sign.
+        let beside = || [-0.25, -1.06, -0.03, -1.43, -1.32, -0.12].into_iter();
+        assert!(contradicted(0.73, beside) && !contradicted(-0.73, beside));
+        assert!(!contradicted(0.2, || std::iter::empty()));
+    }
+
+    #[test]
     fn a_fit_that_settled_is_left_alone() {
         let mut fit = Dense { sides: [N; 3], values: vec![0.5; N * N * N] };
         let global = Dense { sides: [N; 3], values: vec![1.5; N * N * N] };

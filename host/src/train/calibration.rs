@@ -7,8 +7,8 @@
 //! vertices are off comes from scans of one view: stitched ones have an error besides that they do not show. How well it
 //! does is measured on the scans of shapes it was not fitted to.
 
+use super::choice::{self, Choice, Made};
 use super::held_out::{HeldOut, Trial, trials};
-use super::prepared::Prepared;
 use super::{Error, Settings, model_file};
 use crate::mesh::Mesh;
 use crate::quantile::{median, quantile};
@@ -40,6 +40,8 @@ pub struct Trained {
     /// Shares of each trial's measured and inferred vertices whose error is below the one that the other shapes make
     /// one expect; empty without a calibration.
     pub shares: Vec<[Option<f32>; 2]>,
+    /// Spacing and modes, where the settings limit what the model takes of a device.
+    pub choice: Option<Choice>,
 }
 
 /// Trains a model on aligned shapes and calibrates its expected errors on some of them, held back. `progress` is told
@@ -53,16 +55,16 @@ pub fn train_calibrated(
     held: HeldOut,
     progress: [&(dyn Fn(u64, u64) + Sync); 2],
 ) -> Result<Trained, Error> {
-    let prepared = Prepared::new(shapes, settings, 0.0, progress[0])?;
-    let all: Vec<usize> = (0..shapes.len()).collect();
-    let file = prepared.model(&all)?;
+    let Made { prepared, file, choice } = choice::make(shapes, settings, progress[0])?;
     let trials = trials(&prepared, shapes, held, progress[1]);
-    let Ok(model) = Model::from_bytes(&file) else { return Ok(Trained { file, trials, shares: vec![] }) };
+    let Ok(model) = Model::from_bytes(&file) else {
+        return Ok(Trained { file, trials, shares: vec![], choice });
+    };
     let Some((calibration, shares)) = calibrate(&trials, model.header().scales.millimetre) else {
-        return Ok(Trained { file, trials, shares: vec![] });
+        return Ok(Trained { file, trials, shares: vec![], choice });
     };
     let file = model_file::calibrated(&file, &calibration).unwrap_or(file);
-    Ok(Trained { file, trials, shares })
+    Ok(Trained { file, trials, shares, choice })
 }
 
 /// The constants for these trials, and the shares of each of them by constants fitted to other shapes; `millimetre` is

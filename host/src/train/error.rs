@@ -1,5 +1,9 @@
 //! Why training is refused.
 
+use super::choice::Size;
+use super::{Footprint, Limits};
+use crate::sentence::sentence;
+
 /// Why training is refused.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -64,10 +68,45 @@ pub enum Error {
         /// Largest one allowed.
         limit: f64,
     },
+    /// Nothing that is small enough for the device.
+    #[error(
+        "no model is small enough: with {} mode{} and voxels of {} it takes {}; allow more{}", size.modes,
+        if size.modes == 1 { "" } else { "s" }, size.spacing, beside(smallest, limits), advice(*fixed)
+    )]
+    TooLarge {
+        /// What the smallest model takes.
+        smallest: Footprint,
+        /// Its voxels and modes.
+        size: Size,
+        /// What it may take.
+        limits: Limits,
+        /// Whether spacing and modes were asked for.
+        fixed: [bool; 2],
+    },
+    /// A model that was made and that the core refuses.
+    #[error("the model {}", sentence(.0))]
+    Unusable(lacuna::Error),
     /// More bricks than a file can number.
     #[error("the model would store {0} bricks, at most 65534 can be: choose a larger --spacing")]
     TooManyBricks(usize),
     /// A file longer than its own length field can say.
     #[error("the model would be {0} bytes long, over 4 GiB: choose a larger --spacing or fewer --modes")]
     TooManyBytes(usize),
+}
+
+/// What a model takes of what it may take.
+fn beside(taken: &Footprint, limits: &Limits) -> String {
+    let flash = limits.flash.map(|limit| format!("{} bytes of flash (--flash {limit})", taken.flash));
+    let ram = limits.ram.map(|limit| format!("{} bytes of RAM (--ram {limit})", taken.ram));
+    flash.into_iter().chain(ram).collect::<Vec<_>>().join(" and ")
+}
+
+/// What can be done besides allowing more, where spacing and modes, if these, were asked for.
+const fn advice(fixed: [bool; 2]) -> &'static str {
+    match fixed {
+        [true, true] => ", or leave out --spacing and --modes",
+        [true, false] => ", or leave out --spacing",
+        [false, true] => ", or leave out --modes",
+        [false, false] => ", or cut the shapes to the part that matters",
+    }
 }

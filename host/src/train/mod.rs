@@ -3,8 +3,10 @@
 pub mod align;
 mod band;
 pub mod calibration;
+pub mod choice;
 pub mod deform;
 mod error;
+mod footprint;
 pub mod generalised;
 pub mod grid;
 pub mod held_out;
@@ -22,11 +24,11 @@ pub mod views;
 pub mod volume;
 
 pub use error::Error;
+pub use footprint::{Footprint, Limits};
 pub use settings::{Distances, Settings};
 
 use crate::mesh::{Mesh, Point, Vector};
 use plan::Plan;
-use prepared::Prepared;
 
 /// Root of the surface of a shape, class millimetres.
 pub const SIDE: f64 = 280.0;
@@ -47,8 +49,7 @@ pub fn train(
     settings: &Settings,
     progress: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<Vec<u8>, Error> {
-    let all: Vec<usize> = (0..shapes.len()).collect();
-    Prepared::new(shapes, settings, 0.0, progress)?.model(&all)
+    Ok(choice::make(shapes, settings, progress)?.file)
 }
 
 /// Bounds of all shapes.

@@ -80,6 +80,11 @@ impl Plan {
         })
     }
 
+    /// Voxels between the nodes of the weight field.
+    pub const fn stride(&self) -> u8 {
+        self.stride
+    }
+
     /// Voxels that may lie in the band, judged by the mean distance at the nodes around them; `margin` standard
     /// deviations more than the band of all shapes needs, for the bands of some of them.
     pub fn candidates(&self, margin: f64) -> Vec<u32> {

@@ -7,6 +7,9 @@ use crate::mesh::Mesh;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+/// Most modes a file can hold.
+const MOST_MODES: usize = 127;
+
 /// Training shapes with their distances on one grid.
 pub struct Prepared {
     plan: Plan,
@@ -65,6 +68,24 @@ impl Prepared {
         &self.volumes[shape]
     }
 
+    /// Voxels between the nodes of the weight field.
+    pub(super) const fn stride(&self) -> u8 {
+        self.plan.stride()
+    }
+
+    /// Models keep at most this many modes from now on.
+    pub(super) const fn keep_modes(&mut self, modes: usize) {
+        self.settings.modes = Some(modes);
+    }
+
+    /// Trains on all shapes: the model file.
+    ///
+    /// # Errors
+    /// As [`Self::model`].
+    pub fn model_of_all(&self) -> Result<Vec<u8>, Error> {
+        self.model(&(0..self.volumes.len()).collect::<Vec<_>>())
+    }
+
     /// Trains on the shapes with these numbers: the model file.
     ///
     /// # Errors
@@ -81,7 +102,7 @@ impl Prepared {
         let spacing = self.plan.lattice.spacing as f32;
         let column = |v: &&Volume| band.iter().map(|&i| v.distances[i] / spacing).collect();
         let columns: Vec<Vec<f32>> = volumes.iter().map(column).collect();
-        let pca = pca::pca(&columns, self.settings.modes.min(127));
+        let pca = pca::pca(&columns, self.settings.modes.map_or(MOST_MODES, |modes| modes.min(MOST_MODES)));
         if pca.modes.is_empty() {
             return Err(Error::NoVariation);
         }

@@ -1,5 +1,6 @@
 //! What a model maker can choose.
 
+use super::Limits;
 use lacuna::format::{Jitter, Unit};
 
 /// How the training shapes' distances are measured.
@@ -18,8 +19,8 @@ pub struct Settings {
     pub class: String,
     /// Voxel edge in the unit of the meshes; from the class's size if not given.
     pub spacing: Option<f64>,
-    /// Most modes to keep.
-    pub modes: usize,
+    /// Most modes to keep; as many as the shapes have if not given.
+    pub modes: Option<usize>,
     /// Stride of the weight grid, voxels; from the spacing if not given.
     pub stride: Option<u8>,
     /// Unit of the meshes.
@@ -38,6 +39,8 @@ pub struct Settings {
     pub jitter: Option<Jitter>,
     /// Bytes of memory that the volumes may take.
     pub memory: u64,
+    /// What the model may take of a device: what is not given of spacing and modes is chosen by it.
+    pub limits: Limits,
 }
 
 impl Default for Settings {
@@ -45,7 +48,7 @@ impl Default for Settings {
         Self {
             class: "shape".into(),
             spacing: None,
-            modes: 127,
+            modes: None,
             stride: None,
             unit: Unit::Millimetre,
             band: [1.8, 2.0],
@@ -55,6 +58,7 @@ impl Default for Settings {
             symmetric: false,
             jitter: None,
             memory: u64::MAX,
+            limits: Limits::default(),
         }
     }
 }
