@@ -113,7 +113,7 @@ mod tests {
         // Beside a fold on the neck of a real head, voxels: half of the neighbours allow either sign.
         let beside = || [-0.25, -1.06, -0.03, -1.43, -1.32, -0.12].into_iter();
         assert!(contradicted(0.73, beside) && !contradicted(-0.73, beside));
-        assert!(!contradicted(0.2, || std::iter::empty()));
+        assert!(!contradicted(0.2, std::iter::empty));
     }
 
     #[test]
