@@ -3,7 +3,8 @@
 use crate::mesh::Mesh;
 use crate::surface::{cloud_cell, cloud_components, components, keep_points, keep_triangles};
 
-/// Pieces of fewer triangles (of a cloud, points) than this share of the largest one may be specks; below the smaller share they always are.
+/// Pieces of fewer triangles (of a cloud, points) than this share of the largest one may be specks; below the smaller share
+/// they always are.
 const SPECK: [f64; 2] = [0.0005, 0.002];
 /// Pieces in between are specks up to this many triangles: stray pixels come in small groups, however fine the scan is,
 /// and pieces of an ear seen from the front do not.
