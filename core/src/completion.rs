@@ -139,9 +139,9 @@ pub enum Doubt {
 
 impl Outcome {
     /// What speaks against the result for a scan of so many `points`, at least an eighth of a voxel apart, if anything
-    /// does. The hull has at least a voxel for 32 points on the shape (a face of two points a voxel 16; taken in
-    /// centimetres instead of millimetres, one for 72), and a quarter of the points is on it (faces 0.85, half a head with
-    /// shoulders 0.26: below that the host wants somebody to look, too).
+    /// does. There must be a voxel in the hull for at most 32 points on the shape (the example scan: 2; taken in
+    /// centimetres instead of millimetres: 72), and a quarter of the points must be on it (the example: 0.87, half a head
+    /// with shoulders 0.26: below a quarter the host wants somebody to look, too).
     pub const fn doubt(&self, points: usize) -> Option<Doubt> {
         if (self.hull_voxels as u64) * SPARSEST < self.inliers as u64 {
             return Some(Doubt::Size);
@@ -198,8 +198,8 @@ pub struct Completion<'b, A: Arithmetic> {
 
 impl<'b, A: Arithmetic> Completion<'b, A> {
     /// Prepares the completion of `cloud` from a rough `pose`, which the application or the host has searched for: the
-    /// fit finds its way from about 15 voxels and 45 degrees off (the example scan: from 18 voxels and 57 degrees, no longer
-    /// from 25 and 69), in a scale within a fifth. [`Pose::in_frame_of`] makes it from millimetres.
+    /// example scan finds its way from 15 voxels, 45 degrees or a quarter of its size off, along and about any axis.
+    /// [`Pose::in_frame_of`] makes a pose from millimetres.
     ///
     /// `memory` is used until the completion is dropped; lend it by [`Memory::reborrow`] to use it again.
     ///
@@ -245,7 +245,7 @@ impl<'b, A: Arithmetic> Completion<'b, A> {
     }
 
     /// A bounded piece of work, with the stage it belonged to. `None` when the job is over. The longest one updates all
-    /// weights: on a Cortex-M7 5.6 million instructions for a model of 29 modes and 4,000 nodes, as many as
+    /// weights: on a Cortex-M7 5.6 million instructions for a model of 29 modes and 3,184 nodes, as many as
     /// [`Completion::new`] takes and [`Model::from_bytes`] before it; of the pose 2, the global fit 1.1, the hull 0.4 million.
     /// The deepest one takes 17 KiB of stack.
     pub fn step(&mut self) -> Option<(Stage, Progress)> {

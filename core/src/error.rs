@@ -52,7 +52,7 @@ pub enum Error {
     Option(OptionName),
     /// The pose is not a finite similarity with a positive scale.
     Pose,
-    /// Fewer scan points than a pose needs, which is 16; or a round of its fit is to use no more than that.
+    /// Fewer than the 16 points that a pose needs: in the scan, or in a round of the fit.
     TooFewPoints {
         /// Points given.
         given: u32,

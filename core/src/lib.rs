@@ -17,7 +17,7 @@
 //! use lacuna::completion::{Completion, Memory, Outcome, Settings};
 //! use lacuna::cloud::Packed;
 //! use lacuna::model::MAX_BRICK_VOXELS;
-//! use lacuna::{Cloud, Error, Fixed, Model, Pose, Reach, Schedule, pose_fit::ROUNDS, schedule};
+//! use lacuna::{Cloud, Error, Fixed, Model, Pose, Reach, Schedule, pose_fit::ROUNDS};
 //!
 //! /// `model`: the bytes of a model file; `points`: packed by [`cloud::pack`](lacuna::cloud::pack) in steps of `step` scan
 //! /// units; `memory`: statics of the [`Sizes`](lacuna::Sizes) that the model requires; `surface` is told of every stored
@@ -30,7 +30,7 @@
 //!     mut surface: impl FnMut([u16; 3], i16),
 //! ) -> Result<Outcome, Error> {
 //!     let model = Model::from_bytes(model)?;
-//!     let schedule = Schedule { stride: model.header().stride, momentum: 0, passes: &schedule::DEFAULT };
+//!     let schedule = Schedule::of(&model);
 //!     let settings = Settings { reach: Reach::of(&model), rounds: &ROUNDS, schedule };
 //!     let cloud = Cloud::new(points, step)?;
 //!     let mut job = Completion::new(&model, cloud, rough_pose, settings, memory.reborrow())?;

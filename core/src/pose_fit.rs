@@ -159,7 +159,7 @@ fn picked(i: usize, count: usize, all: usize) -> usize {
     match i.checked_mul(all) {
         Some(product) => product.checked_div(count).unwrap_or(0),
         // On a processor of 32 bits; wide divisions are slow there.
-        None => (i as u64 * all as u64).checked_div(count as u64).unwrap_or(0) as usize,
+        None => (i as u64).saturating_mul(all as u64).checked_div(count as u64).unwrap_or(0) as usize,
     }
 }
 
@@ -382,4 +382,18 @@ pub fn ridge(ridge: f64, count: usize, model: &Model<'_>) -> f64 {
 fn limited(v: [f32; 3], limit: f32) -> [f32; 3] {
     let length = libm::sqrtf(dot(v, v));
     if length > limit { v.map(|c| c * limit / length) } else { v }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_are_taken_evenly_however_many_there_are() {
+        assert!((0..10).map(|i| picked(i, 10, 10)).eq(0..10));
+        assert!((0..4).map(|i| picked(i, 4, 10)).eq([0, 2, 5, 7]));
+        // The product is more than a usize holds.
+        assert!(picked(3, 4, usize::MAX) < usize::MAX);
+        assert_eq!(picked(0, 0, 10), 0);
+    }
 }

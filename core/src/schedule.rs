@@ -70,6 +70,18 @@ const LONG: [f32; 15] = [
     1.9822, 3.3007,
 ];
 
+impl Schedule<'static> {
+    /// What ships, [`DEFAULT`], with the stride that a model is made for.
+    pub const fn of(model: &Model<'_>) -> Self {
+        Self { stride: model.header().stride, momentum: 0, passes: &DEFAULT }
+    }
+
+    /// [`MOMENTUM`] with the stride that a model is made for; needs a second copy of the weights.
+    pub const fn with_momentum(model: &Model<'_>) -> Self {
+        Self { stride: model.header().stride, momentum: 179, passes: &MOMENTUM }
+    }
+}
+
 impl<'a> Schedule<'a> {
     /// Iterations in all passes.
     pub fn iterations(&self) -> usize {

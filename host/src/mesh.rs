@@ -22,6 +22,16 @@ impl Mesh {
         self.triangles[index].map(|v| self.points[v as usize])
     }
 
+    /// Whether it has points only.
+    pub const fn is_cloud(&self) -> bool {
+        self.triangles.is_empty()
+    }
+
+    /// Number of its triangles; of a cloud, of its points.
+    pub const fn elements(&self) -> usize {
+        if self.is_cloud() { self.points.len() } else { self.triangles.len() }
+    }
+
     /// Area of triangle `index`.
     pub fn area_of(&self, index: usize) -> f64 {
         let [a, b, c] = self.corners(index);

@@ -3,7 +3,7 @@
 //! `LACUNA_MODEL` links another model than the built-in one, `LACUNA_CLOUD` another scan than the example
 //! (as `lacuna register --pack` writes it).
 
-use lacuna::{Model, Schedule, Sizes, schedule};
+use lacuna::{Model, Schedule, Sizes};
 use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -33,7 +33,7 @@ fn input(variable: &str, built_in: &[u8]) -> Result<Vec<u8>, Box<dyn std::error:
 /// The sizes of all buffers as Rust constants.
 fn sizes(model: &[u8]) -> Result<String, lacuna::Error> {
     let model = Model::from_bytes(model)?;
-    let schedule = Schedule { stride: model.header().stride, momentum: 0, passes: &schedule::DEFAULT };
+    let schedule = Schedule::of(&model);
     let sizes = Sizes::required(&model, &schedule)?.named();
     Ok(sizes.map(|(name, size)| format!("pub const {name}: usize = {size};\n")).concat())
 }

@@ -18,7 +18,7 @@ pub mod small;
 pub mod tcp_device;
 pub mod trained;
 
-use lacuna::{Model, Pose, Schedule, schedule};
+use lacuna::{Model, Pose, Schedule};
 use lacuna_host::points::{OrientedPoints, thin};
 use lacuna_host::synth::Head;
 use std::path::PathBuf;
@@ -30,12 +30,12 @@ pub fn model() -> Model<'static> {
 
 /// The schedule that ships, for a model's own stride.
 pub fn default_schedule(model: &Model<'_>) -> Schedule<'static> {
-    Schedule { stride: model.header().stride, momentum: 0, passes: &schedule::DEFAULT }
+    Schedule::of(model)
 }
 
 /// The schedule with momentum, which needs the most memory.
 pub fn momentum_schedule(model: &Model<'_>) -> Schedule<'static> {
-    Schedule { stride: model.header().stride, momentum: 179, passes: &schedule::MOMENTUM }
+    Schedule::with_momentum(model)
 }
 
 /// From the frame of the training shapes to voxels.

@@ -1,7 +1,7 @@
 //! What the program does when all is well: files, numbers, exit code 0.
 
-use lacuna_tests::degrees_between;
 use lacuna_tests::program::{files, json, lacuna, succeeds};
+use lacuna_tests::{default_schedule, degrees_between, model};
 use serde_json::Value;
 use std::path::Path;
 use tempfile::tempdir;
@@ -135,7 +135,7 @@ fn wrong_usage_exits_with_2() {
 fn inspect_json_describes_the_built_in_model() {
     let folder = tempdir().unwrap();
     let report = json(folder.path(), &["inspect", "--json"]);
-    let model = lacuna_tests::model();
+    let model = model();
     assert_eq!(report["checksum"], format!("{:08x}", model.checksum()));
     assert_eq!(report["modes"], model.modes());
     assert_eq!(report["voxels"], model.voxels());
@@ -163,4 +163,18 @@ fn mesh_points_and_depth_image_of_one_scan_find_the_same_pose() {
         let degrees = degrees_between(&truth, &matrix(&found["scan_to_model"]));
         assert!(degrees < 5.0, "{file}: {degrees:.1} degrees off");
     }
+}
+
+#[test]
+fn inspect_writes_the_constants_that_firmware_is_built_with() {
+    let folder = tempdir().unwrap();
+    succeeds(folder.path(), &["inspect", "--rust", "sizes.rs"]);
+    let text = std::fs::read_to_string(folder.path().join("sizes.rs")).unwrap();
+    let sizes = lacuna::Sizes::required(&model(), &default_schedule(&model())).unwrap();
+    for (name, value) in
+        [("TARGETS", sizes.targets), ("WEIGHTS", sizes.weights), ("POSE_SUMS", sizes.pose_sums)]
+    {
+        assert!(text.contains(&format!("pub const {name}: usize = {value};\n")), "{name} in {text}");
+    }
+    assert_eq!(text.lines().filter(|line| line.starts_with("pub const")).count(), sizes.named().len());
 }

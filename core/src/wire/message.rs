@@ -11,7 +11,7 @@ use crate::format::Unit;
 use crate::hull::Reach;
 use crate::model::Model;
 use crate::pose::Pose;
-use crate::schedule::{self, Schedule};
+use crate::schedule::Schedule;
 use serde::{Deserialize, Serialize};
 
 pub use crate::pose_fit::Hint;
@@ -146,19 +146,18 @@ pub struct BeginDepth {
 /// Iterations of the local fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Iterations {
-    /// [`schedule::DEFAULT`].
+    /// [`Schedule::of`].
     Varying,
-    /// [`schedule::MOMENTUM`]: needs a second copy of the weights.
+    /// [`Schedule::with_momentum`]: needs a second copy of the weights.
     Momentum,
 }
 
 impl Iterations {
     /// Their schedule, with the stride that a model is made for.
     pub const fn schedule(self, model: &Model<'_>) -> Schedule<'static> {
-        let stride = model.header().stride;
         match self {
-            Self::Varying => Schedule { stride, momentum: 0, passes: &schedule::DEFAULT },
-            Self::Momentum => Schedule { stride, momentum: 179, passes: &schedule::MOMENTUM },
+            Self::Varying => Schedule::of(model),
+            Self::Momentum => Schedule::with_momentum(model),
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::fit::Fit;
 use crate::io::{self, PlyOut};
 use crate::mesh::Mesh;
 use crate::{report, unit};
-use lacuna::{Fixed, Model, Schedule, schedule};
+use lacuna::{Fixed, Model, Schedule};
 use std::path::PathBuf;
 
 /// Complete a scan: without arguments, the example scan with the built-in model.
@@ -120,10 +120,7 @@ impl Complete {
             (None, Some(pose)) => Hint::Rough(inputs::pose(pose, model)?),
             (None, None) => Hint::None,
         };
-        let stride = model.header().stride;
-        let (momentum, passes): (u8, &[_]) =
-            if self.momentum { (179, &schedule::MOMENTUM) } else { (0, &schedule::DEFAULT) };
-        let schedule = Schedule { stride, momentum, passes };
+        let schedule = if self.momentum { Schedule::with_momentum(model) } else { Schedule::of(model) };
         Ok(Options { hint, seed: self.subject.seed, schedule, finer: usize::from(self.finer) })
     }
 

@@ -9,7 +9,7 @@ use crate::{io, modes, unit};
 use lacuna::columns::Column;
 use lacuna::format::{Calibration, Header, Jitter, Symmetry};
 use lacuna::pose_fit::{columns_len, sums_len};
-use lacuna::{Fixed, Model, Schedule, Sizes, schedule};
+use lacuna::{Fixed, Model, Schedule, Sizes};
 use std::path::PathBuf;
 
 /// Show what a model holds and what memory its fit needs.
@@ -30,7 +30,7 @@ pub struct Inspect {
 
 /// The sizes of a fit's buffers as a Rust file.
 fn constants(model: &Model<'_>) -> Result<String, Failure> {
-    let schedule = Schedule { stride: model.header().stride, momentum: 0, passes: &schedule::DEFAULT };
+    let schedule = Schedule::of(model);
     let sizes =
         Sizes::required(model, &schedule).map_err(|error| format!("the model {}", sentence(&error)))?;
     let head = format!("// Elements of the buffers of a fit with the model {:08x}.\n", model.checksum());
@@ -111,11 +111,8 @@ impl Inspect {
 
 fn report<'a>(model: &'a Model<'_>, bytes: usize) -> Result<Report<'a>, Failure> {
     let h = model.header();
-    let required = |momentum: u8| {
-        let schedule = Schedule { stride: h.stride, momentum, passes: &schedule::DEFAULT };
-        Sizes::required(model, &schedule).map_err(|error| sentence(&error))
-    };
-    let sizes = required(0)?;
+    let required = |schedule| Sizes::required(model, &schedule).map_err(|error| sentence(&error));
+    let sizes = required(Schedule::of(model))?;
     let modes = model.modes();
     Ok(Report {
         class: h.class,
@@ -144,7 +141,7 @@ fn report<'a>(model: &'a Model<'_>, bytes: usize) -> Result<Report<'a>, Failure>
         hull_behind: h.scales.behind * h.spacing,
         deviations: (0..modes).map(|k| model.deviation(k) * h.spacing).collect(),
         fit_bytes: sizes.bytes::<Fixed>(),
-        fit_bytes_with_momentum: required(179)?.bytes::<Fixed>(),
+        fit_bytes_with_momentum: required(Schedule::with_momentum(model))?.bytes::<Fixed>(),
         pose_bytes: sums_len(modes) * 12 + columns_len(modes) * size_of::<Column>() + modes * 4,
         calibration: model.calibration(),
     })

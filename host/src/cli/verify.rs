@@ -7,7 +7,7 @@ use crate::fit::Digests;
 use crate::mesh::Mesh;
 use crate::sentence::sentence;
 use crate::verify::{CLASSES, Case, Report, verify, verify_core};
-use lacuna::{Model, Schedule, schedule};
+use lacuna::{Model, Schedule};
 use std::path::PathBuf;
 
 /// Check this build: reference against float against fixed point, digests against the golden ones.
@@ -64,7 +64,7 @@ impl Verify {
 }
 
 fn default_schedule(model: &Model<'_>) -> Schedule<'static> {
-    Schedule { stride: model.header().stride, momentum: 0, passes: &schedule::DEFAULT }
+    Schedule::of(model)
 }
 
 /// A scan in the pose that registration finds, to be refined by the core.

@@ -1,7 +1,7 @@
 //! Takes specks out of a scan before it is used.
 
 use crate::mesh::Mesh;
-use crate::surface::{cloud_cell, cloud_components, components, keep_points, keep_triangles};
+use crate::surface::{keep, pieces};
 
 /// Pieces of fewer triangles (of a cloud, points) than this share of the largest one may be specks; below the smaller share
 /// they always are.
@@ -28,23 +28,17 @@ pub struct Cleaned {
 
 /// The scan without small pieces and zero-area triangles.
 pub fn clean(scan: &Mesh) -> Cleaned {
-    let cloud = scan.triangles.is_empty();
-    let pieces =
-        if cloud { cloud_components(&scan.points, cloud_cell(&scan.points)) } else { components(scan) };
-    let mut sizes = vec![0usize; pieces.iter().max().map_or(0, |&p| p as usize + 1)];
-    pieces.iter().for_each(|&piece| sizes[piece as usize] += 1);
+    let all = pieces(scan);
+    let mut sizes = vec![0usize; all.iter().max().map_or(0, |&p| p as usize + 1)];
+    all.iter().for_each(|&piece| sizes[piece as usize] += 1);
     let least = limit(sizes.iter().max().copied().unwrap_or(0));
-    let has_area = |t: usize| scan.area_of(t) > 0.0;
-    let large = |i: usize| sizes[pieces[i] as usize] > least;
-    let kept = |i: usize| large(i) && (cloud || has_area(i));
-    let taken = |i: usize| !large(i) && (cloud || has_area(i));
-    let part = |keep: &dyn Fn(usize) -> bool| {
-        if cloud { keep_points(scan, keep) } else { keep_triangles(scan, keep) }
-    };
+    let counts = |i: usize| scan.is_cloud() || scan.area_of(i) > 0.0;
+    let large = |i: usize| sizes[all[i] as usize] > least;
+    let taken = |i: usize| !large(i) && counts(i);
     Cleaned {
-        scan: part(&kept),
-        small: part(&taken),
-        pieces: (0..pieces.len()).filter(|&i| taken(i)).map(|i| pieces[i]).collect(),
+        scan: keep(scan, |i| large(i) && counts(i)),
+        small: keep(scan, taken),
+        pieces: (0..all.len()).filter(|&i| taken(i)).map(|i| all[i]).collect(),
     }
 }
 

@@ -4,7 +4,7 @@
 use super::merge::Merged;
 use crate::distance::Surface;
 use crate::mesh::Mesh;
-use crate::surface::{keep_points, keep_triangles};
+use crate::surface::{keep, keep_triangles};
 use rayon::prelude::*;
 
 /// Label of a vertex of the scan that is not part of the class.
@@ -39,7 +39,7 @@ impl Clutter {
     }
 
     fn of_cloud(scan: &Mesh, far: &[bool]) -> Self {
-        let mesh = keep_points(scan, |i| far[i]);
+        let mesh = keep(scan, |i| far[i]);
         Self { area_share: mesh.points.len() as f64 / far.len().max(1) as f64, area: 0.0, mesh }
     }
 

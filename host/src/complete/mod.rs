@@ -145,12 +145,11 @@ pub fn complete_by(
     begin: impl FnOnce(&Mesh) -> Result<Start, Error> + Send,
     fit: impl FnOnce(&Start) -> Result<Fit, Error>,
 ) -> Result<Completion, Error> {
-    let size = |mesh: &Mesh| if mesh.triangles.is_empty() { mesh.points.len() } else { mesh.triangles.len() };
-    let all = size(scan);
+    let all = scan.elements();
     let cleaned = clean::clean(scan);
     let (measured, start) = rayon::join(|| scan_surface(&cleaned.scan, model), || begin(&cleaned.scan));
     let (scan, measured, start) = with_pieces(model, cleaned, (measured?, start?))?;
-    let specks = all - size(&scan);
+    let specks = all - scan.elements();
     let fit = fit(&start)?;
     let placed = Placed { centre: start.rough.centre, pose: fit.outcome.pose };
     let points = without_clutter(model, &start, &fit);

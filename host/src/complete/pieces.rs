@@ -5,7 +5,7 @@
 use super::clean::Cleaned;
 use crate::mesh::{Mesh, Point, Vector};
 use crate::register::{Placed, Registration, refine_hint};
-use crate::surface::{keep_points, keep_triangles};
+use crate::surface::keep;
 use lacuna::corners::Weights;
 use lacuna::cube::Cube;
 use lacuna::{Model, Standing};
@@ -17,22 +17,15 @@ const FEWEST: usize = 8;
 /// little to fit the shape to.
 pub fn belonging(model: &Model<'_>, Cleaned { scan, small, pieces }: &Cleaned, known: &Placed) -> Mesh {
     let mut means = vec![Mean::default(); pieces.iter().max().map_or(0, |&p| p as usize + 1)];
-    let cloud = small.triangles.is_empty();
     for (i, &piece) in pieces.iter().enumerate() {
-        let mean = &mut means[piece as usize];
-        if cloud {
-            mean.add_point(&small.points[i], small.normals.get(i))
-        } else {
-            mean.add(&small.corners(i))
-        }
+        means[piece as usize].add(small, i);
     }
     if means.iter().all(|mean| mean.members < FEWEST) {
         return Mesh::default();
     }
     let Ok(fitted) = refine_hint(model, scan, known) else { return Mesh::default() };
     let belongs: Vec<bool> = means.iter().map(|mean| mean.belongs(model, &fitted)).collect();
-    let belongs = |i: usize| belongs[pieces[i] as usize];
-    if cloud { keep_points(small, belongs) } else { keep_triangles(small, belongs) }
+    keep(small, |i| belongs[pieces[i] as usize])
 }
 
 /// Where a piece lies and which way it faces.
@@ -46,20 +39,19 @@ struct Mean {
 }
 
 impl Mean {
-    fn add(&mut self, [a, b, c]: &[Point; 3]) {
-        let cross = (b - a).cross(&(c - a));
-        let area = cross.norm();
+    /// Adds a triangle of a mesh, or a point of a cloud, as one of area 1.
+    fn add(&mut self, mesh: &Mesh, i: usize) {
+        let (position, normal) = if mesh.is_cloud() {
+            (mesh.points[i].coords, mesh.normals.get(i).copied().unwrap_or_default())
+        } else {
+            let [a, b, c] = mesh.corners(i);
+            ((a.coords + b.coords + c.coords) / 3.0, (b - a).cross(&(c - a)))
+        };
+        let area = if mesh.is_cloud() { 1.0 } else { normal.norm() };
         self.members += 1;
         self.area += area;
-        self.position += (a.coords + b.coords + c.coords) * (area / 3.0);
-        self.normal += cross;
-    }
-
-    fn add_point(&mut self, point: &Point, normal: Option<&Vector>) {
-        self.members += 1;
-        self.area += 1.0;
-        self.position += point.coords;
-        self.normal += normal.copied().unwrap_or_default();
+        self.position += position * area;
+        self.normal += normal;
     }
 
     fn belongs(&self, model: &Model<'_>, fitted: &Registration) -> bool {

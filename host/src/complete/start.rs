@@ -125,11 +125,9 @@ mod tests {
     /// The pose in which the heads of the built-in class lie, moved by some voxels.
     fn beside(model: &Model<'_>, voxels: f32) -> Placed {
         let header = model.header();
-        let translation = header.origin.map(|o| voxels - o / header.spacing);
-        Placed {
-            centre: Point::origin(),
-            pose: Pose { scale: 1.0 / header.spacing, translation, ..Pose::IDENTITY },
-        }
+        let moved = [voxels * header.spacing; 3];
+        let pose = Pose::in_frame_of(header, Pose::IDENTITY.rotation, 1.0, moved);
+        Placed { centre: Point::origin(), pose }
     }
 
     #[test]

@@ -38,8 +38,8 @@ pub struct PlyOut<'a> {
     pub comments: Vec<String>,
 }
 
-/// Largest step of coordinates in single precision, share of the extent: half a millimetre in a kilometre of it.
-const COARSEST: f64 = 5e-7;
+/// Largest step of coordinates in single precision, share of the extent: a thousandth of a millimetre in 200.
+const COARSEST: f64 = 5e-6;
 
 /// Writes a PLY file, completely or not at all.
 ///
@@ -199,6 +199,23 @@ mod tests {
         let mut bytes = Vec::new();
         out.write(&mut bytes).unwrap();
         bytes
+    }
+
+    #[test]
+    fn a_mesh_far_from_the_origin_keeps_its_coordinates() {
+        let folder = tempfile::tempdir().unwrap();
+        for (offset, name) in [(1e3, "float x"), (1e7, "double x")] {
+            let corners = [[0.1, 0.2, 0.3], [200.7, 0.0, 0.0], [0.0, 100.9, 5.5]];
+            let points: Vec<Point> = corners.map(|c| Point::from(c.map(|c| c + offset))).to_vec();
+            let mesh = Mesh { points, triangles: vec![[0, 1, 2]], ..Mesh::default() };
+            let path = folder.path().join("mesh.ply");
+            write_ply(&path, &PlyOut::new(&mesh)).unwrap();
+            assert!(PlyOut::new(&mesh).columns().contains(&name.to_owned()), "{offset}");
+            let found = crate::io::read(&path).unwrap();
+            let moved =
+                found.points.iter().zip(&mesh.points).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+            assert!(moved < 1e-4 && found.triangles == mesh.triangles, "{offset}: {moved}");
+        }
     }
 
     #[test]

@@ -14,9 +14,19 @@ pub fn components(mesh: &Mesh) -> Vec<u32> {
     numbered(mesh.triangles.iter().map(|t| root(&mut parents, t[0])), mesh.points.len())
 }
 
+/// For each triangle of a mesh the number of its piece, or for each point of a cloud.
+pub fn pieces(mesh: &Mesh) -> Vec<u32> {
+    if mesh.is_cloud() { cloud_components(&mesh.points, cloud_cell(&mesh.points)) } else { components(mesh) }
+}
+
+/// What of a mesh's triangles, or of a cloud's points, `keep` says yes to; order and normals stay.
+pub fn keep(mesh: &Mesh, keep: impl Fn(usize) -> bool) -> Mesh {
+    if mesh.is_cloud() { keep_points(mesh, keep) } else { keep_triangles(mesh, keep) }
+}
+
 /// For each point of a cloud the number of its piece; points in the same cube of edge `cell` or in cubes that touch,
 /// directly or through others, are one piece. Pieces are numbered in the order of their first points.
-pub fn cloud_components(points: &[Point], cell: f64) -> Vec<u32> {
+fn cloud_components(points: &[Point], cell: f64) -> Vec<u32> {
     let mut cubes: FxHashMap<[i64; 3], u32> = FxHashMap::default();
     let keys: Vec<[i64; 3]> = points.iter().map(|p| cube(p, cell)).collect();
     let cube_of: Vec<u32> = keys.iter().map(|&key| next_number(&mut cubes, key)).collect();
@@ -34,7 +44,7 @@ pub fn cloud_components(points: &[Point], cell: f64) -> Vec<u32> {
 
 /// The least cubes, from about the distance between points on, of which a cloud occupies at most half as many as it
 /// has points.
-pub fn cloud_cell(points: &[Point]) -> f64 {
+fn cloud_cell(points: &[Point]) -> f64 {
     const GROWTH: f64 = 1.25;
     let bounds = points.iter().fold(None, |bounds: Option<(Point, Point)>, p| {
         Some(bounds.map_or((*p, *p), |(low, high)| (low.inf(p), high.sup(p))))
@@ -103,7 +113,7 @@ pub fn largest_component(mesh: &Mesh) -> Mesh {
 }
 
 /// The cloud of the points for whose index `keep` says yes, with their normals.
-pub fn keep_points(cloud: &Mesh, keep: impl Fn(usize) -> bool) -> Mesh {
+fn keep_points(cloud: &Mesh, keep: impl Fn(usize) -> bool) -> Mesh {
     let kept: Vec<usize> = (0..cloud.points.len()).filter(|&i| keep(i)).collect();
     Mesh {
         points: kept.iter().map(|&i| cloud.points[i]).collect(),

@@ -14,9 +14,7 @@ mod signs;
 mod topology;
 
 pub use carry::carry;
-pub use components::{
-    cloud_cell, cloud_components, components, keep_points, keep_triangles, largest_component,
-};
+pub use components::{components, keep, keep_triangles, largest_component, pieces};
 pub use fairing::fair;
 pub use geodesic::path_lengths;
 pub use holes::{close_holes, open_curves};

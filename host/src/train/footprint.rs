@@ -3,7 +3,7 @@
 use super::model_file;
 use crate::uncertainty::expected::of_faces;
 use lacuna::format::Calibration;
-use lacuna::{Error, Fixed, Model, Schedule, Sizes, schedule};
+use lacuna::{Error, Fixed, Model, Schedule, Sizes};
 
 /// Bytes that a model takes of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,7 +21,7 @@ impl Footprint {
     /// A file without a model whose fit can run.
     pub fn of(file: &[u8]) -> Result<Self, Error> {
         let model = Model::from_bytes(file)?;
-        let schedule = Schedule { stride: model.header().stride, momentum: 0, passes: &schedule::DEFAULT };
+        let schedule = Schedule::of(&model);
         let ram = Sizes::required(&model, &schedule)?.bytes::<Fixed>();
         Ok(Self { flash: file.len() as u64, ram: ram as u64 })
     }
@@ -46,11 +46,6 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// Whether anything is limited.
-    pub const fn any(&self) -> bool {
-        self.flash.is_some() || self.ram.is_some()
-    }
-
     /// How many times as large as allowed the larger excess is; what fits has at most 1.
     pub fn excess(&self, taken: &Footprint) -> f64 {
         let share = |taken: u64, limit: Option<u64>| limit.map_or(0.0, |limit| taken as f64 / limit as f64);

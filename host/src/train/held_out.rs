@@ -8,7 +8,7 @@ use crate::mesh::{Mesh, Point, Vector};
 use crate::register::Placed;
 use crate::synth::{Kind, Random};
 use crate::uncertainty::cues::Cue;
-use lacuna::{Fixed, Model, Pose, Schedule, schedule};
+use lacuna::{Fixed, Model, Pose, Schedule};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -95,7 +95,7 @@ pub fn trial(model: &Model<'_>, shape: &Mesh, number: usize, kind: Kind) -> Opti
     let seed = 1000 + number as u64;
     let Partial { mesh, missing } = partial(shape, kind, seed);
     let hint = Hint::Rough(roughly(model, &mesh, seed)?);
-    let schedule = Schedule { stride: model.header().stride, momentum: 0, passes: &schedule::DEFAULT };
+    let schedule = Schedule::of(model);
     // As users get it: on a coarser surface the seam, from which the ways are measured, lies elsewhere.
     let options = Options { hint, seed, schedule, finer: 2 };
     let completion = complete::<Fixed>(model, &mesh, &options).ok()?;

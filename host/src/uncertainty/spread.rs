@@ -45,13 +45,13 @@ mod tests {
     use crate::verify::Case;
     use lacuna::completion::Settings;
     use lacuna::pose_fit::ROUNDS;
-    use lacuna::{Fixed, Reach, Schedule, schedule};
+    use lacuna::{Fixed, Reach, Schedule};
 
     #[test]
     fn less_of_a_scan_determines_less() {
         let case = Case::small().unwrap();
         let model = Model::from_bytes(&case.model).unwrap();
-        let schedule = Schedule { stride: model.header().stride, momentum: 0, passes: &schedule::DEFAULT };
+        let schedule = Schedule::of(&model);
         let settings = Settings { reach: Reach::of(&model), rounds: &ROUNDS, schedule };
         let found = |points: OrientedPoints| {
             let points = points.along_curve();

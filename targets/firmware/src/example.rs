@@ -9,7 +9,7 @@ use lacuna::local_fit::Task;
 use lacuna::model::MAX_BRICK_VOXELS;
 use lacuna::pose_fit::Hint;
 use lacuna::workspace::Progress;
-use lacuna::{Cloud, Completion, Error, Fixed, Model, Reach, Schedule, schedule};
+use lacuna::{Cloud, Completion, Error, Fixed, Model, Reach, Schedule};
 
 /// Why the example ended early.
 #[derive(Clone, Copy, Debug)]
@@ -67,7 +67,7 @@ fn complete<M: Machine>(machine: &mut M, scale: &Scale) -> Result<(), Refused> {
         *slot = point;
     }
     let cloud = Cloud::new(points.get(..count).unwrap_or(&[]), scan.step())?;
-    let schedule = Schedule { stride: model.header().stride, momentum: 0, passes: &schedule::DEFAULT };
+    let schedule = Schedule::of(&model);
     let hint = if scan.exact() { Hint::Exact } else { Hint::Rough };
     let settings = Settings { reach: Reach::of(&model), rounds: hint.rounds(&model), schedule };
     let start = machine.ticks();

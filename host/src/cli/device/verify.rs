@@ -12,7 +12,7 @@ use crate::mesh::Mesh;
 use crate::synth::{Head, Kind, ScannerSettings, scan};
 use lacuna::pose_fit;
 use lacuna::wire::message::{Counters, Iterations};
-use lacuna::{Fixed, Model, Schedule, schedule};
+use lacuna::{Fixed, Model, Schedule};
 use std::path::PathBuf;
 
 /// Complete scans here and on the device, and compare the bits of every stage.
@@ -62,8 +62,7 @@ impl Verify {
         let model = inputs::model(&bytes, self.model.as_deref())?;
         let mut reports = vec![];
         for (name, mesh) in self.meshes()? {
-            let schedule =
-                Schedule { stride: model.header().stride, momentum: 0, passes: &schedule::DEFAULT };
+            let schedule = Schedule::of(&model);
             let rough = Options { hint: Hint::None, seed: 1, schedule, finer: 1 };
             let start = start(&model, &mesh, &rough)?;
             let hint = pose_fit::Hint::Exact;
