@@ -178,9 +178,10 @@ fn verdict(completion: &Completion, unit: &str) -> String {
             (
                 "left out",
                 format!(
-                    "{} of the scan, and specks of {} triangles or points",
+                    "{} of the scan, and specks of {} {}",
                     percent(completion.clutter.area_share),
-                    completion.specks
+                    completion.specks,
+                    if completion.scan.is_cloud() { "points" } else { "triangles" }
                 ),
             ),
             ("seen part", format!("{:.3} {unit} rms from the local fit", v.seen_rms)),
