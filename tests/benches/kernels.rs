@@ -89,7 +89,13 @@ fn registration(bencher: Bencher) {
 /// The example scan and its completion.
 fn completed() -> (Mesh, Completion) {
     let (model, scan) = (model(), parse(Format::Ply, lacuna_fixtures::SCAN).unwrap());
-    let options = Options { hint: Hint::None, seed: 1, schedule: default_schedule(&model), finer: 2 };
+    let options = Options {
+        hint: Hint::None,
+        seed: 1,
+        schedule: default_schedule(&model),
+        finer: 2,
+        keep_noise: false,
+    };
     let completion = complete::<Fixed>(&model, &scan, &options).unwrap();
     (scan, completion)
 }

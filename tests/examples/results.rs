@@ -50,7 +50,8 @@ fn save(path: &Path, bytes: &[u8]) {
 }
 
 fn completed(model: &Model<'_>, sample: &Sample) -> Completion {
-    let options = Options { hint: Hint::None, seed: 1, schedule: default_schedule(model), finer: 2 };
+    let options =
+        Options { hint: Hint::None, seed: 1, schedule: default_schedule(model), finer: 2, keep_noise: false };
     complete::<Fixed>(model, &sample.scan, &options)
         .unwrap_or_else(|error| panic!("{}: {error}", sample.name))
 }

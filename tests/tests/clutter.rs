@@ -65,7 +65,7 @@ fn completed(mesh: &Mesh) -> Completion {
     let exact: Pose = voxel_pose(&model);
     let rough = exact.moved([40.0; 3], [0.03, -0.04, 0.05], 0.02, [0.8, -0.6, 0.5]);
     let hint = Hint::Rough(Placed { centre: Point::origin(), pose: rough });
-    let options = Options { hint, seed: 1, schedule: default_schedule(&model), finer: 1 };
+    let options = Options { hint, seed: 1, schedule: default_schedule(&model), finer: 1, keep_noise: false };
     complete::<Fixed>(&model, mesh, &options).expect("a completion")
 }
 
@@ -128,7 +128,13 @@ fn the_demo_scan_leaves_its_collar_out() {
     let Some(path) = real_data("faces/targets_real/demoface_raw.ply") else { return };
     let scan = lacuna_host::io::read(&path).unwrap();
     let model = model();
-    let options = Options { hint: Hint::None, seed: 1, schedule: default_schedule(&model), finer: 1 };
+    let options = Options {
+        hint: Hint::None,
+        seed: 1,
+        schedule: default_schedule(&model),
+        finer: 1,
+        keep_noise: false,
+    };
     // The built-in class is made of heads from a formula: it says nothing about quality, only what happens to the rest.
     let completion = complete::<Fixed>(&model, &scan, &options).expect("a completion");
     assert!(completion.clutter.area_share > 0.3, "{:.2}", completion.clutter.area_share);

@@ -19,7 +19,8 @@ use std::f64::consts::PI;
 const MOST_OFF: (f64, f64) = (5.0, 9.0);
 
 fn completed(model: &Model<'_>, scan: &Mesh) -> Completion {
-    let options = Options { hint: Hint::None, seed: 1, schedule: default_schedule(model), finer: 1 };
+    let options =
+        Options { hint: Hint::None, seed: 1, schedule: default_schedule(model), finer: 1, keep_noise: false };
     complete::<Fixed>(model, scan, &options).expect("a completion")
 }
 

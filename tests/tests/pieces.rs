@@ -26,7 +26,7 @@ fn moved(mut mesh: Mesh, by: Vector) -> Mesh {
 fn completed(mesh: &Mesh) -> Completion {
     let model = model();
     let hint = Hint::Rough(Placed { centre: Point::origin(), pose: voxel_pose(&model) });
-    let options = Options { hint, seed: 1, schedule: default_schedule(&model), finer: 1 };
+    let options = Options { hint, seed: 1, schedule: default_schedule(&model), finer: 1, keep_noise: false };
     complete::<Fixed>(&model, mesh, &options).expect("a completion")
 }
 
@@ -35,7 +35,7 @@ fn a_piece_on_the_hidden_side_is_kept_and_specks_are_not() {
     let head = Head::sample(1, 1001).mesh();
     let view = scan(&head, Kind::Front, &ScannerSettings::default(), 1001);
     let back = view.model_to_scan.try_inverse().expect("a similarity");
-    let mut seen = clean(&view.mesh).scan;
+    let mut seen = clean(&view.mesh, 0.0).scan;
     seen.points.iter_mut().for_each(|p| *p = back.transform_point(p));
     let surface = Surface::new(&seen).expect("a surface");
     let away = |p: &Point| surface.distance(p, f64::INFINITY).map_or(0.0, |d| d.value);
@@ -53,7 +53,7 @@ fn a_piece_on_the_hidden_side_is_kept_and_specks_are_not() {
         let mut mesh = seen.clone();
         mesh.append(&piece);
         let pieces = piece.triangles.len();
-        assert_eq!(clean(&mesh).small.triangles.len(), pieces, "{name}: as small as a speck");
+        assert_eq!(clean(&mesh, 0.0).small.triangles.len(), pieces, "{name}: as small as a speck");
         let more = completed(&mesh).scan.triangles.len() - seen.triangles.len();
         assert_eq!(more, if kept { pieces } else { 0 }, "{name}");
     }

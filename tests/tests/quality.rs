@@ -28,7 +28,7 @@ const SPARSE: usize = 20;
 const ROUNDING_MM: f64 = 0.01;
 
 fn completed<A: Arithmetic>(model: &Model<'_>, sample: &Sample, hint: Hint) -> Completion {
-    let options = Options { hint, seed: 1, schedule: default_schedule(model), finer: 2 };
+    let options = Options { hint, seed: 1, schedule: default_schedule(model), finer: 2, keep_noise: false };
     complete::<A>(model, &sample.scan, &options).unwrap_or_else(|e| panic!("{}: {e}", sample.name))
 }
 
@@ -108,7 +108,13 @@ fn a_sparse_cloud_is_measured_between_its_points() {
         triangles: vec![],
     };
     let inferred = |scan: &Mesh| {
-        let options = Options { hint: Hint::None, seed: 1, schedule: default_schedule(&model), finer: 2 };
+        let options = Options {
+            hint: Hint::None,
+            seed: 1,
+            schedule: default_schedule(&model),
+            finer: 2,
+            keep_noise: false,
+        };
         complete::<Fixed>(&model, scan, &options).expect("a completion").verdict.inferred_share
     };
     let [mesh, sparse] = [scan, &cloud].map(inferred);

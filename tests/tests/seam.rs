@@ -35,7 +35,8 @@ const FACE_MM: f64 = 80.0;
 const RAW_MM2: [(f64, f64); 2] = [(0.5, 50.0), (1.0, 1.0)];
 
 fn completed(model: &Model<'_>, scan: &Mesh) -> Completion {
-    let options = Options { hint: Hint::None, seed: 1, schedule: default_schedule(model), finer: 2 };
+    let options =
+        Options { hint: Hint::None, seed: 1, schedule: default_schedule(model), finer: 2, keep_noise: false };
     complete::<Fixed>(model, scan, &options).expect("a completion")
 }
 

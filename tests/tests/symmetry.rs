@@ -125,7 +125,8 @@ fn a_scan_from_the_side_is_completed_better_with_the_other_sides_mirror_image() 
         let still = Placed { centre: Point::origin(), pose: voxel_pose(&model) };
         let errors = sides.iter().map(|sample| {
             let schedule = default_schedule(&model);
-            let options = Options { hint: Hint::Exact(still), seed: 1, schedule, finer: 2 };
+            let options =
+                Options { hint: Hint::Exact(still), seed: 1, schedule, finer: 2, keep_noise: false };
             let completion = complete::<Fixed>(&model, &sample.scan, &options).unwrap();
             sample.rms_mm(&completion.merged.mesh, |i| sample.missing[i])
         });

@@ -3,6 +3,7 @@
 use super::{Common, Failure, inputs, say, shapes};
 use crate::check::{self, Checked, Finding, Severity, alternatives};
 use crate::complete::clean::clean;
+use crate::complete::noise::widest;
 use crate::complete::verdict::{self, Grade};
 use crate::io::{Loaded, depth};
 use crate::register;
@@ -104,7 +105,7 @@ impl Check {
         if checked.is_refused() {
             return None;
         }
-        let scan = clean(&checked.mesh).scan;
+        let scan = clean(&checked.mesh, widest(model)).scan;
         let refused = |text| Finding { severity: Severity::Refused, text };
         match register::register(model, &scan, self.seed) {
             Err(error) => {

@@ -50,6 +50,9 @@ pub struct Complete {
     /// Keep what is not part of the class (hair, collar, table) in the mesh: separate pieces with label 2
     #[arg(long)]
     keep_clutter: bool,
+    /// Leave the scan's points where they are, with their noise
+    #[arg(long)]
+    keep_noise: bool,
     /// Take the points from the depth image itself, row by row, as a scanner sends them: one view, a depth PNG or a
     /// scan.json with one
     #[arg(long)]
@@ -121,7 +124,8 @@ impl Complete {
             (None, None) => Hint::None,
         };
         let schedule = if self.momentum { Schedule::with_momentum(model) } else { Schedule::of(model) };
-        Ok(Options { hint, seed: self.subject.seed, schedule, finer: usize::from(self.finer) })
+        let (finer, keep_noise) = (usize::from(self.finer), self.keep_noise);
+        Ok(Options { hint, seed: self.subject.seed, schedule, finer, keep_noise })
     }
 
     /// Finds outputs that cannot be written, or that would overwrite something, before any work is done, so that none is
@@ -224,6 +228,7 @@ impl Complete {
             ("unit of the scan", unit::symbol(self.subject.unit(model)).to_owned()),
             ("step lengths", if self.momentum { "heavy ball" } else { "varying" }.to_owned()),
             ("surface", format!("{} times as fine as the model's grid", self.finer)),
+            ("noise of the scan", if self.keep_noise { "kept" } else { "taken out" }.to_owned()),
         ];
         let subject = report::Subject {
             scan: &self.subject.name(),
@@ -256,6 +261,7 @@ impl Complete {
             triangles: completion.merged.mesh.triangles.len() + kept.triangles.len(),
             measured_vertices: measured,
             specks_removed: completion.specks,
+            noise: completion.noise,
             scan_to_model: inputs::matrix(&completion.placed, model),
             verdict: &completion.verdict,
             clutter: Clutter::of(completion, self.keep_clutter),

@@ -1,6 +1,7 @@
 //! What `complete` tells of a completion: one JSON object, or lines to read.
 
 use crate::complete::Completion;
+use crate::complete::noise::Noise;
 use crate::complete::verdict::Verdict;
 use crate::fit::Digests;
 use crate::uncertainty::Share;
@@ -20,6 +21,8 @@ pub struct Completed<'a> {
     pub triangles: usize,
     pub measured_vertices: usize,
     pub specks_removed: usize,
+    /// Null where none was taken out; in the model's unit.
+    pub noise: Option<Noise>,
     pub scan_to_model: [[f64; 4]; 4],
     pub verdict: &'a Verdict,
     pub clutter: Clutter,
@@ -88,6 +91,9 @@ impl Completed<'_> {
             ),
             self.expected_error.line(symbol),
         ];
+        lines.extend(self.noise.map(|Noise { before, after }| {
+            format!("noise           {before:.2} {symbol} in the scan, {after:.2} after smoothing (--keep-noise keeps it)")
+        }));
         lines.extend(self.clutter.line(symbol));
         if self.mirrored_voxels > 0 {
             lines.push(format!(

@@ -5,6 +5,7 @@ use super::outputs::{self, Output};
 use super::{Common, Failure, say};
 use crate::check::alternatives;
 use crate::complete::clean::clean;
+use crate::complete::noise::widest;
 use crate::complete::start::thinned;
 use crate::complete::verdict;
 use crate::{io, register};
@@ -42,7 +43,7 @@ impl Register {
         let bytes = self.subject.model_bytes()?;
         let model = self.subject.model(&bytes)?;
         let (mesh, notes) = self.subject.mesh(&model)?;
-        let scan = clean(&mesh).scan;
+        let scan = clean(&mesh, widest(&model)).scan;
         let start = std::time::Instant::now();
         let found = register::register(&model, &scan, self.subject.seed)
             .map_err(|error| self.subject.named(&error))?;

@@ -2,6 +2,7 @@
 
 use super::{Common, Failure, bar, inputs, say};
 use crate::complete::clean::clean;
+use crate::complete::noise::widest;
 use crate::complete::{Hint, Options, Start, start};
 use crate::fit::Digests;
 use crate::mesh::Mesh;
@@ -53,7 +54,7 @@ impl Verify {
         let progress = bar(self.scans.len() as u64, "verifying");
         let mut reports = Vec::new();
         for path in &self.scans {
-            let scan = clean(&inputs::scan(Some(path))?.mesh).scan;
+            let scan = clean(&inputs::scan(Some(path))?.mesh, widest(&model)).scan;
             let case = registered(&path.display().to_string(), &bytes, &scan)?;
             reports.push(verify_core(&case, default_schedule(&model), None)?);
             progress.inc(1);
@@ -70,7 +71,13 @@ fn default_schedule(model: &Model<'_>) -> Schedule<'static> {
 /// A scan in the pose that registration finds, to be refined by the core.
 fn registered(name: &str, bytes: &[u8], scan: &Mesh) -> Result<Case, Failure> {
     let model = inputs::model(bytes, None)?;
-    let options = Options { hint: Hint::None, seed: 1, schedule: default_schedule(&model), finer: 1 };
+    let options = Options {
+        hint: Hint::None,
+        seed: 1,
+        schedule: default_schedule(&model),
+        finer: 1,
+        keep_noise: false,
+    };
     let Start { points, rough, hint, .. } = start(&model, scan, &options)?;
     let rounds = hint.rounds(&model);
     Ok(Case { name: name.into(), model: bytes.to_vec(), points, pose: rough.pose, rounds, volumes: None })
@@ -90,8 +97,9 @@ pub fn fixtures() -> Result<Vec<Report>, Failure> {
         progress.inc(1);
     }
     let bytes = inputs::model_bytes(None)?;
-    let case = registered(BUILT_IN, &bytes, &clean(&inputs::scan(None)?.mesh).scan)?;
     let model = inputs::model(&bytes, None)?;
+    let example = clean(&inputs::scan(None)?.mesh, widest(&model)).scan;
+    let case = registered(BUILT_IN, &bytes, &example)?;
     reports.push(verify_core(&case, default_schedule(&model), golden(BUILT_IN))?);
     progress.finish_and_clear();
     Ok(reports)

@@ -1,5 +1,6 @@
-//! Takes specks out of a scan before it is used.
+//! Takes specks and noise out of a scan before it is used.
 
+use super::noise::{self, Noise};
 use crate::mesh::Mesh;
 use crate::surface::{keep, pieces};
 
@@ -20,14 +21,16 @@ fn limit(largest: usize) -> usize {
 pub struct Cleaned {
     /// What is left.
     pub scan: Mesh,
+    /// Its noise, where that was taken out.
+    pub noise: Option<Noise>,
     /// The small pieces that were taken out.
     pub small: Mesh,
     /// The piece of each triangle (of a cloud, point) of those.
     pub pieces: Vec<u32>,
 }
 
-/// The scan without small pieces and zero-area triangles.
-pub fn clean(scan: &Mesh) -> Cleaned {
+/// The scan without small pieces and zero-area triangles, its points moved by others within `widest`.
+pub fn clean(scan: &Mesh, widest: f64) -> Cleaned {
     let all = pieces(scan);
     let mut sizes = vec![0usize; all.iter().max().map_or(0, |&p| p as usize + 1)];
     all.iter().for_each(|&piece| sizes[piece as usize] += 1);
@@ -35,8 +38,11 @@ pub fn clean(scan: &Mesh) -> Cleaned {
     let counts = |i: usize| scan.is_cloud() || scan.area_of(i) > 0.0;
     let large = |i: usize| sizes[all[i] as usize] > least;
     let taken = |i: usize| !large(i) && counts(i);
+    let mut cleaned = keep(scan, |i| large(i) && counts(i));
+    let noise = noise::reduce(&mut cleaned, widest);
     Cleaned {
-        scan: keep(scan, |i| large(i) && counts(i)),
+        scan: cleaned,
+        noise,
         small: keep(scan, taken),
         pieces: (0..all.len()).filter(|&i| taken(i)).map(|i| all[i]).collect(),
     }

@@ -10,9 +10,11 @@ pub mod diffusion;
 pub mod extrapolate;
 pub mod level;
 pub mod merge;
+pub mod noise;
 pub mod picture;
 pub mod pieces;
 pub mod start;
+pub mod unfold;
 pub mod unsettled;
 pub mod verdict;
 pub mod zero_level;
@@ -38,6 +40,7 @@ use lacuna::corners::Weights;
 use lacuna::cube::Cube;
 use lacuna::{Arithmetic, Model, Reach, Schedule, Standing};
 use merge::{Limits, MEASURED, Merged};
+use noise::Noise;
 pub use start::{Hint, Start, start};
 use verdict::{Grade, Verdict};
 
@@ -52,14 +55,25 @@ pub struct Options<'a> {
     pub schedule: Schedule<'a>,
     /// How much finer than the model's grid the surface is extracted.
     pub finer: usize,
+    /// Whether the scan's points stay where they are, with their noise.
+    pub keep_noise: bool,
+}
+
+impl Options<'_> {
+    /// How far points hear of each other when noise is taken out, in the scan's unit.
+    fn widest(&self, model: &Model<'_>) -> f64 {
+        if self.keep_noise { 0.0 } else { noise::widest(model) }
+    }
 }
 
 /// A completed scan. All meshes are in the scan's frame.
 pub struct Completion {
-    /// The scan as it was used: without specks.
+    /// The scan as it was used: without specks, and with less noise.
     pub scan: Mesh,
     /// Triangles (of a cloud, points) left out of it as specks.
     pub specks: usize,
+    /// Its noise, where that was taken out.
+    pub noise: Option<Noise>,
     /// Where the scan lies in the model.
     pub placed: Placed,
     /// Surface of the global fit.
@@ -146,7 +160,8 @@ pub fn complete_by(
     fit: impl FnOnce(&Start) -> Result<Fit, Error>,
 ) -> Result<Completion, Error> {
     let all = scan.elements();
-    let cleaned = clean::clean(scan);
+    let cleaned = clean::clean(scan, options.widest(model));
+    let noise = cleaned.noise;
     let (measured, start) = rayon::join(|| scan_surface(&cleaned.scan, model), || begin(&cleaned.scan));
     let (scan, measured, start) = with_pieces(model, cleaned, (measured?, start?))?;
     let specks = all - scan.elements();
@@ -189,6 +204,7 @@ pub fn complete_by(
     Ok(Completion {
         scan,
         specks,
+        noise,
         placed,
         global,
         local,

@@ -15,7 +15,7 @@ const FEWEST: usize = 8;
 
 /// The small pieces that belong to the shape of which the scan is the rest, `known` to lie so. None where the rest is too
 /// little to fit the shape to.
-pub fn belonging(model: &Model<'_>, Cleaned { scan, small, pieces }: &Cleaned, known: &Placed) -> Mesh {
+pub fn belonging(model: &Model<'_>, Cleaned { scan, small, pieces, .. }: &Cleaned, known: &Placed) -> Mesh {
     let mut means = vec![Mean::default(); pieces.iter().max().map_or(0, |&p| p as usize + 1)];
     for (i, &piece) in pieces.iter().enumerate() {
         means[piece as usize].add(small, i);

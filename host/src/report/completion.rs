@@ -184,6 +184,15 @@ fn verdict(completion: &Completion, unit: &str) -> String {
                     if completion.scan.is_cloud() { "points" } else { "triangles" }
                 ),
             ),
+            (
+                "noise",
+                completion.noise.map_or_else(
+                    || "left as it was".into(),
+                    |noise| {
+                        format!("{:.2} {unit} in the scan, {:.2} after smoothing", noise.before, noise.after)
+                    },
+                ),
+            ),
             ("seen part", format!("{:.3} {unit} rms from the local fit", v.seen_rms)),
             (
                 "inferred part",

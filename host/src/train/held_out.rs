@@ -97,7 +97,7 @@ pub fn trial(model: &Model<'_>, shape: &Mesh, number: usize, kind: Kind) -> Opti
     let hint = Hint::Rough(roughly(model, &mesh, seed)?);
     let schedule = Schedule::of(model);
     // As users get it: on a coarser surface the seam, from which the ways are measured, lies elsewhere.
-    let options = Options { hint, seed, schedule, finer: 2 };
+    let options = Options { hint, seed, schedule, finer: 2, keep_noise: false };
     let completion = complete::<Fixed>(model, &mesh, &options).ok()?;
     if completion.cues.is_empty() {
         return None;

@@ -5,6 +5,7 @@ use super::line::{self, AnyClient, Line};
 use super::{Common, Failure};
 use crate::cli::{inputs, say};
 use crate::complete::clean::clean;
+use crate::complete::noise::widest;
 use crate::complete::{Hint, Options, Start, fit_here, start};
 use crate::device::Scan;
 use crate::fit::Digests;
@@ -61,9 +62,9 @@ impl Verify {
         let bytes = inputs::model_bytes(self.model.as_deref())?;
         let model = inputs::model(&bytes, self.model.as_deref())?;
         let mut reports = vec![];
-        for (name, mesh) in self.meshes()? {
+        for (name, mesh) in self.meshes(widest(&model))? {
             let schedule = Schedule::of(&model);
-            let rough = Options { hint: Hint::None, seed: 1, schedule, finer: 1 };
+            let rough = Options { hint: Hint::None, seed: 1, schedule, finer: 1, keep_noise: false };
             let start = start(&model, &mesh, &rough)?;
             let hint = pose_fit::Hint::Exact;
             let exact = Start { hint, points: start.points.clone(), depth: None, ..start };
@@ -87,17 +88,18 @@ impl Verify {
         Err(format!("the device does not compute the host's bits; first stage that differs: {list}").into())
     }
 
-    /// Scans without specks, by name.
-    fn meshes(&self) -> Result<Vec<(String, Mesh)>, Failure> {
+    /// Scans without specks, by name, their noise taken out within `widest`.
+    fn meshes(&self, widest: f64) -> Result<Vec<(String, Mesh)>, Failure> {
         if self.scans.is_empty() {
-            let example = ("the example scan".to_owned(), clean(&inputs::scan(None)?.mesh).scan);
+            let example = ("the example scan".to_owned(), clean(&inputs::scan(None)?.mesh, widest).scan);
             let sides = [("front", Kind::Front), ("side", Kind::Side)];
             return Ok(std::iter::once(example)
                 .chain(sides.map(|(name, kind)| synthetic(name, kind)))
                 .collect());
         }
-        let read =
-            |path: &PathBuf| Ok((path.display().to_string(), clean(&inputs::scan(Some(path))?.mesh).scan));
+        let read = |path: &PathBuf| {
+            Ok((path.display().to_string(), clean(&inputs::scan(Some(path))?.mesh, widest).scan))
+        };
         self.scans.iter().map(read).collect()
     }
 }
