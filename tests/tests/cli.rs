@@ -54,6 +54,20 @@ fn complete_json_carries_the_verdict() {
 }
 
 #[test]
+fn complete_tells_the_noise_that_it_takes_out_and_keeps_it_when_asked() {
+    let folder = tempdir().unwrap();
+    let run = |more: &[&str]| {
+        json(folder.path(), &[&["complete", "--no-picture", "--json", "-o", "c.ply"], more].concat())
+    };
+    let noise = |name: &str| run(&[])["noise"][name].as_f64().unwrap();
+    let (before, after) = (noise("before"), noise("after"));
+    assert!(before > 0.02 && before < 0.3 && after < before, "{before} {after}");
+    assert_eq!(run(&["--keep-noise"])["noise"], Value::Null);
+    let text = succeeds(folder.path(), &["complete", "--no-picture", "-o", "c.ply"]);
+    assert!(text.contains("after smoothing (--keep-noise keeps it)"), "{text}");
+}
+
+#[test]
 fn pure_model_surfaces_are_written_on_request() {
     let folder = tempdir().unwrap();
     let arguments = ["--no-picture", "--local-surface", "local.ply", "--global-surface", "global.ply"];
