@@ -58,8 +58,8 @@ pub fn reduce(scan: &mut Mesh, widest: f64) -> Option<Noise> {
     if widest <= 0.0 {
         return None;
     }
-    let mut facing = scan.vertex_normals();
-    let used: Vec<usize> = (0..scan.points.len()).filter(|&i| facing[i] != Vector::zeros()).collect();
+    let places = Places::of(scan);
+    let (mut facing, used) = (places.facing, places.used);
     let samples: Vec<usize> = used.iter().step_by(used.len().div_ceil(SAMPLES).max(1)).copied().collect();
     let radii = radii(&Cells::new(&scan.points, &used, widest), (scan, &facing), &samples, widest)?;
     let cells = Cells::new(&scan.points, &used, radii[WIDTHS - 1]);
@@ -72,11 +72,51 @@ pub fn reduce(scan: &mut Mesh, widest: f64) -> Option<Noise> {
         scan.points[i] += of.motion;
         facing[i] = of.normal;
     }
+    for (i, &first) in places.first.iter().enumerate() {
+        (scan.points[i], facing[i]) = (scan.points[first], facing[first]);
+    }
     unfold(scan, &facing);
     if !scan.normals.is_empty() {
         scan.normals = facing;
     }
     Some(Noise { before, after })
+}
+
+/// Where a scan's points are: triangles that share no vertices have copies of each.
+struct Places {
+    /// The first of the points at each point's place; the point itself where it is not used.
+    first: Vec<usize>,
+    /// First points of places at which the surface faces one way.
+    used: Vec<usize>,
+    /// The way that it faces there, of unit length; elsewhere the point's own.
+    facing: Vec<Vector>,
+}
+
+impl Places {
+    fn of(scan: &Mesh) -> Self {
+        let mut facing = scan.vertex_normals();
+        let mut sums: FxHashMap<[u64; 3], (usize, Vector, f64)> = FxHashMap::default();
+        let mut first = Vec::with_capacity(facing.len());
+        for (i, (point, normal)) in scan.points.iter().zip(&facing).enumerate() {
+            let place = point.coords.map(f64::to_bits).into();
+            let (at, sum, count) = sums.entry(place).or_insert((i, Vector::zeros(), 0.0));
+            (*sum, *count) = (*sum + normal, *count + 1.0);
+            first.push(*at);
+        }
+        let mut used = Vec::with_capacity(sums.len());
+        for (at, sum, count) in sums.into_values() {
+            // Two sides of a sheet without thickness face both ways.
+            if sum.norm() > 0.5 * count {
+                facing[at] = sum.normalize();
+                used.push(at);
+            }
+        }
+        used.sort_unstable();
+        let alone = first.iter().enumerate().filter(|(_, at)| used.binary_search(at).is_err());
+        let alone: Vec<usize> = alone.map(|(i, _)| i).collect();
+        alone.into_iter().for_each(|i| first[i] = i);
+        Self { first, used, facing }
+    }
 }
 
 /// The radii of the neighbourhoods, none above `widest`; `None` where the narrowest would be.
@@ -320,6 +360,22 @@ mod tests {
     }
 
     #[test]
+    fn triangles_without_common_vertices_stay_together() {
+        let whole = noisy(|_, _| 0.0, 0.3);
+        let points = whole.triangles.iter().flatten().map(|&v| whole.points[v as usize]).collect();
+        let triangles = (0..whole.triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+        let mut soup = Mesh { points, normals: vec![], triangles };
+        let noise = reduce(&mut soup, 5.0).unwrap();
+        assert!((noise.before / 0.3 - 1.0).abs() < 0.15 && off(&soup, |_, _| 0.0)[0] < 0.1, "{noise:?}");
+        let place = |v: u32, t: usize, i: usize| (v, soup.points[3 * t + i].coords.map(f64::to_bits));
+        let corners = whole.triangles.iter().enumerate();
+        let mut places: Vec<_> = corners.flat_map(|(t, c)| [0, 1, 2].map(|i| place(c[i], t, i))).collect();
+        places.sort_unstable_by_key(|(v, _)| *v);
+        places.dedup();
+        assert_eq!(places.len(), whole.points.len(), "copies of a vertex went apart");
+    }
+
+    #[test]
     fn normals_of_a_cloud_are_those_of_the_surface() {
         let mut cloud = noisy(|_, _| 0.0, 0.2);
         cloud.normals = cloud.vertex_normals();
@@ -340,6 +396,16 @@ mod tests {
         let line = (0..2000).map(|i| Point::new(f64::from(i) / 100.0, 0.0, 0.0)).collect();
         let mut line = Mesh { points: line, normals: vec![Vector::z(); 2000], triangles: vec![] };
         assert_eq!(reduce(&mut line, 5.0), None);
+        // Both sides of a sheet without thickness.
+        let mut both = mesh.clone();
+        both.normals = both.vertex_normals();
+        both.triangles.clear();
+        let mut other = both.clone();
+        other.normals.iter_mut().for_each(|normal| *normal = -*normal);
+        both.append(&other);
+        let same = both.clone();
+        assert_eq!(reduce(&mut both, 5.0), None);
+        assert_eq!(both, same);
         let mut heap = Mesh {
             points: vec![Point::origin(); 50_000],
             normals: vec![Vector::z(); 50_000],
