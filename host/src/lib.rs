@@ -7,6 +7,7 @@ pub mod check;
 pub mod cli;
 pub mod complete;
 pub mod correspondence;
+pub mod cubes;
 pub mod device;
 pub mod distance;
 pub mod evaluate;

@@ -9,6 +9,7 @@
 //! of a point therefore do not fill up neighbourhoods, no square overflows, and every midpoint that the
 //! search tree computes is exact, without which it need not end.
 
+use crate::cubes::{Cube, around, cube};
 use crate::mesh::{Point, Vector};
 use nabo::{KDTree, NotNan};
 use nalgebra::{Matrix3, SymmetricEigen};
@@ -205,7 +206,7 @@ fn census(places: &[Point], roots: &[usize], normals: &[Vector]) -> Vec<Piece> {
     let centroids = nearby_centroids(places, roots);
     let mut pieces = vec![Piece::default(); places.len()];
     for ((place, normal), &root) in places.iter().zip(normals).zip(roots) {
-        let height = normal.dot(&(place.coords - centroids[&(root, cube(place))]));
+        let height = normal.dot(&(place.coords - centroids[&(root, cube(place, CUBE))]));
         let piece = &mut pieces[root];
         piece.count += 1.0;
         piece.normals += normal;
@@ -215,26 +216,22 @@ fn census(places: &[Point], roots: &[usize], normals: &[Vector]) -> Vec<Piece> {
 }
 
 /// A cube of space, one of a piece's.
-type Cube = (usize, [i64; 3]);
-
-fn cube(place: &Point) -> [i64; 3] {
-    place.coords.map(|c| (c / CUBE).floor() as i64).into()
-}
+type PartCube = (usize, Cube);
 
 /// For each cube of a piece, the centroid of what the piece has in the 27 cubes around it.
-fn nearby_centroids(places: &[Point], roots: &[usize]) -> HashMap<Cube, Vector> {
-    let mut sums: HashMap<Cube, (f64, Vector)> = HashMap::new();
+fn nearby_centroids(places: &[Point], roots: &[usize]) -> HashMap<PartCube, Vector> {
+    let mut sums: HashMap<PartCube, (f64, Vector)> = HashMap::new();
     for (place, &root) in places.iter().zip(roots) {
-        let sum = sums.entry((root, cube(place))).or_default();
+        let sum = sums.entry((root, cube(place, CUBE))).or_default();
         *sum = (sum.0 + 1.0, sum.1 + place.coords);
     }
-    let around = |&(root, [x, y, z]): &Cube| {
-        let cubes = (0..27).map(|i| (root, [x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1]));
+    let centroid = |&(root, cube): &PartCube| {
+        let cubes = around(cube).map(|near| (root, near));
         let add = |sum: (f64, Vector), near: &(f64, Vector)| (sum.0 + near.0, sum.1 + near.1);
         let (count, sum) = cubes.filter_map(|c| sums.get(&c)).fold((0.0, Vector::zeros()), add);
         sum / count
     };
-    sums.keys().map(|cube| (*cube, around(cube))).collect()
+    sums.keys().map(|cube| (*cube, centroid(cube))).collect()
 }
 
 /// Disjoint sets in which each member knows whether its normal opposes that of its parent. Joined along the

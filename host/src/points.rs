@@ -3,6 +3,7 @@
 //! A scan is thinned by clustering: all surface within a small cube becomes one point with the mean normal,
 //! which also averages the scanner's noise.
 
+use crate::cubes::{self, Cube, cube};
 use crate::mesh::{Mesh, Point, Vector};
 use lacuna::cloud::{Bytes, Packed, pack, step_for};
 use lacuna::curve::sort_along_curve;
@@ -80,8 +81,6 @@ struct Cluster {
     area: f64,
 }
 
-type Key = [i64; 3];
-
 /// Thins a mesh or an oriented cloud to one point per occupied cube of edge `cell`, in a fixed order.
 /// Surfaces that face away from each other within a cube stay apart.
 pub fn thin(mesh: &Mesh, cell: f64) -> OrientedPoints {
@@ -111,13 +110,13 @@ pub fn thin_to(scan: &Mesh, mut cell: f64, most: usize, keep: impl Fn(&Point) ->
 }
 
 /// What lies in each occupied cube and faces one way.
-fn clusters(mesh: &Mesh, cell: f64, keep: impl Fn(&Point) -> bool) -> Vec<(Key, Cluster)> {
-    let mut clusters: FxHashMap<(Key, u8), Cluster> = FxHashMap::default();
+fn clusters(mesh: &Mesh, cell: f64, keep: impl Fn(&Point) -> bool) -> Vec<(Cube, Cluster)> {
+    let mut clusters: FxHashMap<(Cube, u8), Cluster> = FxHashMap::default();
     let mut add = |position: Vector, normal: Vector, area: f64| {
         if !keep(&Point::from(position)) {
             return;
         }
-        let key = position.map(|c| (c / cell).floor() as i64).into();
+        let key = cube(&Point::from(position), cell);
         let start = Cluster { position: Vector::zeros(), normal: Vector::zeros(), area: 0.0 };
         let cluster = clusters.entry((key, facing(&normal))).or_insert(start);
         cluster.position += position * area;
@@ -142,10 +141,10 @@ fn facing(normal: &Vector) -> u8 {
 }
 
 /// Joins the clusters of a cube whose normals agree.
-fn merge(clusters: FxHashMap<(Key, u8), Cluster>) -> Vec<(Key, Cluster)> {
-    let mut ordered: Vec<((Key, u8), Cluster)> = clusters.into_iter().collect();
+fn merge(clusters: FxHashMap<(Cube, u8), Cluster>) -> Vec<(Cube, Cluster)> {
+    let mut ordered: Vec<((Cube, u8), Cluster)> = clusters.into_iter().collect();
     ordered.sort_unstable_by_key(|(key, _)| *key);
-    let mut merged: Vec<(Key, Cluster)> = Vec::with_capacity(ordered.len());
+    let mut merged: Vec<(Cube, Cluster)> = Vec::with_capacity(ordered.len());
     for ((key, _), cluster) in ordered {
         let same = merged.iter_mut().rev().take_while(|(other, _)| *other == key);
         let mut friends = same.filter(|(_, other)| other.normal.dot(&cluster.normal) > 0.0);
@@ -185,17 +184,16 @@ impl Around {
 const FOLDED: f64 = 0.5;
 
 /// Points of the clusters around which `kept` says yes, with normals averaged over the neighbouring cubes of the same side.
-fn averaged(clusters: &[(Key, Cluster)], kept: impl Fn(&Around) -> bool) -> OrientedPoints {
-    let mut cubes: FxHashMap<Key, Vec<usize>> = FxHashMap::default();
+fn averaged(clusters: &[(Cube, Cluster)], kept: impl Fn(&Around) -> bool) -> OrientedPoints {
+    let mut occupied: FxHashMap<Cube, Vec<usize>> = FxHashMap::default();
     for (index, (key, _)) in clusters.iter().enumerate() {
-        cubes.entry(*key).or_default().push(index);
+        occupied.entry(*key).or_default().push(index);
     }
     let mut result = OrientedPoints::default();
     for (key, cluster) in clusters {
         let mut around = Around::default();
-        for offset in 0..27 {
-            let near = [key[0] + offset % 3 - 1, key[1] + offset / 3 % 3 - 1, key[2] + offset / 9 - 1];
-            for &other in cubes.get(&near).into_iter().flatten() {
+        for near in cubes::around(*key) {
+            for &other in occupied.get(&near).into_iter().flatten() {
                 let Cluster { normal, area, .. } = clusters[other].1;
                 if normal.dot(&cluster.normal) > 0.0 {
                     around.normal += normal;

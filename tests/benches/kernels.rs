@@ -4,7 +4,7 @@ use divan::{Bencher, black_box};
 use lacuna::completion::{self, Settings};
 use lacuna::pose_fit::{ROUNDS, Round};
 use lacuna::{Arithmetic, Fixed, Float, HullBuilder, Reach, Sizes};
-use lacuna_host::complete::{Completion, Hint, Options, complete};
+use lacuna_host::complete::{Completion, Options, complete};
 use lacuna_host::distance::Surface;
 use lacuna_host::fit::{Buffers, Fit, dense, fit};
 use lacuna_host::io::{Format, parse};
@@ -89,13 +89,7 @@ fn registration(bencher: Bencher) {
 /// The example scan and its completion.
 fn completed() -> (Mesh, Completion) {
     let (model, scan) = (model(), parse(Format::Ply, lacuna_fixtures::SCAN).unwrap());
-    let options = Options {
-        hint: Hint::None,
-        seed: 1,
-        schedule: default_schedule(&model),
-        finer: 2,
-        keep_noise: false,
-    };
+    let options = Options::of(&model);
     let completion = complete::<Fixed>(&model, &scan, &options).unwrap();
     (scan, completion)
 }

@@ -4,13 +4,13 @@
 //! `../shared/data`, two without. Evaluations go on where they were stopped (`target/results`).
 
 use lacuna::{Fixed, Model};
-use lacuna_host::complete::{Completion, Hint, Options, complete, picture};
+use lacuna_host::complete::{Completion, Options, complete, picture};
 use lacuna_host::io::atomic;
 use lacuna_host::quantile::median;
 use lacuna_tests::program::json;
 use lacuna_tests::sample::{Sample, heads, real};
 use lacuna_tests::seam::{largest_step, steps};
-use lacuna_tests::{default_schedule, model, real_data};
+use lacuna_tests::{model, real_data};
 use serde_json::Value;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -50,8 +50,7 @@ fn save(path: &Path, bytes: &[u8]) {
 }
 
 fn completed(model: &Model<'_>, sample: &Sample) -> Completion {
-    let options =
-        Options { hint: Hint::None, seed: 1, schedule: default_schedule(model), finer: 2, keep_noise: false };
+    let options = Options::of(model);
     complete::<Fixed>(model, &sample.scan, &options)
         .unwrap_or_else(|error| panic!("{}: {error}", sample.name))
 }

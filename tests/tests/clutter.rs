@@ -10,7 +10,7 @@ use lacuna_host::mesh::{Mesh, Point};
 use lacuna_host::register::Placed;
 use lacuna_host::synth::{Head, Kind, Scan, ScannerSettings, scan};
 use lacuna_tests::program::{json, succeeds};
-use lacuna_tests::{default_schedule, model, real_data, voxel_pose};
+use lacuna_tests::{model, real_data, voxel_pose};
 use tempfile::tempdir;
 
 /// How far clutter may move the completed surface, root mean square in scan units. Measured: 0.33 and
@@ -65,7 +65,7 @@ fn completed(mesh: &Mesh) -> Completion {
     let exact: Pose = voxel_pose(&model);
     let rough = exact.moved([40.0; 3], [0.03, -0.04, 0.05], 0.02, [0.8, -0.6, 0.5]);
     let hint = Hint::Rough(Placed { centre: Point::origin(), pose: rough });
-    let options = Options { hint, seed: 1, schedule: default_schedule(&model), finer: 1, keep_noise: false };
+    let options = Options { hint, finer: 1, ..Options::of(&model) };
     complete::<Fixed>(&model, mesh, &options).expect("a completion")
 }
 
@@ -128,13 +128,7 @@ fn the_demo_scan_leaves_its_collar_out() {
     let Some(path) = real_data("faces/targets_real/demoface_raw.ply") else { return };
     let scan = lacuna_host::io::read(&path).unwrap();
     let model = model();
-    let options = Options {
-        hint: Hint::None,
-        seed: 1,
-        schedule: default_schedule(&model),
-        finer: 1,
-        keep_noise: false,
-    };
+    let options = Options { finer: 1, ..Options::of(&model) };
     // The built-in class is made of heads from a formula: it says nothing about quality, only what happens to the rest.
     let completion = complete::<Fixed>(&model, &scan, &options).expect("a completion");
     assert!(completion.clutter.area_share > 0.3, "{:.2}", completion.clutter.area_share);

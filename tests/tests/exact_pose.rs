@@ -25,8 +25,7 @@ fn coarse(shapes: &[Mesh], jitter: Option<Jitter>) -> Vec<u8> {
 /// The pose of the fit that starts from this one, called exact.
 fn fitted(model: &Model<'_>, sample: &Sample, exact: Placed) -> lacuna::Pose {
     let schedule = default_schedule(model);
-    let options =
-        Options { hint: complete::Hint::Exact(exact), seed: 1, schedule, finer: 1, keep_noise: false };
+    let options = Options { hint: complete::Hint::Exact(exact), ..Options::of(model) };
     let start = start(model, &sample.scan, &options).expect("a start");
     let settings = lacuna::completion::Settings {
         reach: lacuna::Reach::of(model),

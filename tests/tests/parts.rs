@@ -4,13 +4,13 @@
 use lacuna::{Fixed, Model};
 use lacuna_host::check::alternatives::advice;
 use lacuna_host::complete::verdict::Grade;
-use lacuna_host::complete::{Completion, Hint, Options, complete};
+use lacuna_host::complete::{Completion, Options, complete};
 use lacuna_host::io;
 use lacuna_host::mesh::{Mesh, Point, Vector};
 use lacuna_host::surface::keep_triangles;
+use lacuna_tests::real_data;
 use lacuna_tests::registration::{Difference, similarity_of};
 use lacuna_tests::trained::thirty_faces;
-use lacuna_tests::{default_schedule, real_data};
 use nalgebra::Similarity3;
 use std::f64::consts::PI;
 
@@ -19,8 +19,7 @@ use std::f64::consts::PI;
 const MOST_OFF: (f64, f64) = (5.0, 9.0);
 
 fn completed(model: &Model<'_>, scan: &Mesh) -> Completion {
-    let options =
-        Options { hint: Hint::None, seed: 1, schedule: default_schedule(model), finer: 1, keep_noise: false };
+    let options = Options { finer: 1, ..Options::of(model) };
     complete::<Fixed>(model, scan, &options).expect("a completion")
 }
 

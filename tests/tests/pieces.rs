@@ -8,7 +8,7 @@ use lacuna_host::mesh::{Mesh, Point, Vector};
 use lacuna_host::register::Placed;
 use lacuna_host::surface::keep_triangles;
 use lacuna_host::synth::{Head, Kind, ScannerSettings, scan};
-use lacuna_tests::{default_schedule, model, voxel_pose};
+use lacuna_tests::{model, voxel_pose};
 
 /// The triangles of `mesh` around `centre`, at least eight of them.
 fn patch(mesh: &Mesh, centre: &Point) -> Mesh {
@@ -26,7 +26,7 @@ fn moved(mut mesh: Mesh, by: Vector) -> Mesh {
 fn completed(mesh: &Mesh) -> Completion {
     let model = model();
     let hint = Hint::Rough(Placed { centre: Point::origin(), pose: voxel_pose(&model) });
-    let options = Options { hint, seed: 1, schedule: default_schedule(&model), finer: 1, keep_noise: false };
+    let options = Options { hint, finer: 1, ..Options::of(&model) };
     complete::<Fixed>(&model, mesh, &options).expect("a completion")
 }
 

@@ -10,7 +10,7 @@ use lacuna_host::quantile::median;
 use lacuna_host::register::register;
 use lacuna_host::surface::is_manifold;
 use lacuna_tests::sample::{Sample, heads, real};
-use lacuna_tests::{default_schedule, model, program, real_data};
+use lacuna_tests::{model, program, real_data};
 use rand::{RngExt, SeedableRng};
 
 /// Rotation of the pose: a wrong candidate is 20 degrees off or more.
@@ -30,7 +30,7 @@ const SPARSE: usize = 20;
 const ROUNDING_MM: f64 = 0.01;
 
 fn completed<A: Arithmetic>(model: &Model<'_>, sample: &Sample, hint: Hint) -> Completion {
-    let options = Options { hint, seed: 1, schedule: default_schedule(model), finer: 2, keep_noise: false };
+    let options = Options { hint, ..Options::of(model) };
     complete::<A>(model, &sample.scan, &options).unwrap_or_else(|e| panic!("{}: {e}", sample.name))
 }
 
@@ -110,13 +110,7 @@ fn a_sparse_cloud_is_measured_between_its_points() {
         triangles: vec![],
     };
     let inferred = |scan: &Mesh| {
-        let options = Options {
-            hint: Hint::None,
-            seed: 1,
-            schedule: default_schedule(&model),
-            finer: 2,
-            keep_noise: false,
-        };
+        let options = Options::of(&model);
         complete::<Fixed>(&model, scan, &options).expect("a completion").verdict.inferred_share
     };
     let [mesh, sparse] = [scan, &cloud].map(inferred);
@@ -142,8 +136,7 @@ fn a_noisy_scan_is_smoothed_and_says_how_noisy_it_was() {
         *point += view * (NOISE_MM * deviation);
     }
     let run = |keep_noise: bool| {
-        let schedule = default_schedule(&model);
-        let options = Options { hint: Hint::None, seed: 1, schedule, finer: 2, keep_noise };
+        let options = Options { keep_noise, ..Options::of(&model) };
         complete::<Fixed>(&model, &sample.scan, &options).expect("a completion")
     };
     let (kept, smoothed) = (run(true), run(false));

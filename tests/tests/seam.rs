@@ -2,7 +2,7 @@
 //! neither ragged nor crumpled, no pits. Run with `--nocapture` for what is measured.
 
 use lacuna::{Fixed, Model};
-use lacuna_host::complete::{Completion, Hint, Options, complete};
+use lacuna_host::complete::{Completion, Options, complete};
 use lacuna_host::io;
 use lacuna_host::mesh::{Mesh, Point};
 use lacuna_host::quantile::median;
@@ -10,7 +10,7 @@ use lacuna_host::surface::{is_manifold, keep_triangles};
 use lacuna_tests::looks::{missed, rim_roughness, sharpest_bend};
 use lacuna_tests::seam::{largest_step, rims, steps};
 use lacuna_tests::trained::thirty_faces;
-use lacuna_tests::{default_schedule, model, real_data};
+use lacuna_tests::{model, real_data};
 use std::path::Path;
 
 /// Largest step at the seam of any scan.
@@ -35,8 +35,7 @@ const FACE_MM: f64 = 80.0;
 const RAW_MM2: [(f64, f64); 2] = [(0.5, 50.0), (1.0, 1.0)];
 
 fn completed(model: &Model<'_>, scan: &Mesh) -> Completion {
-    let options =
-        Options { hint: Hint::None, seed: 1, schedule: default_schedule(model), finer: 2, keep_noise: false };
+    let options = Options::of(model);
     complete::<Fixed>(model, scan, &options).expect("a completion")
 }
 

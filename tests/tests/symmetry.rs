@@ -8,7 +8,7 @@ use lacuna_host::register::Placed;
 use lacuna_host::synth::Head;
 use lacuna_host::train::{Error, Settings, train};
 use lacuna_tests::sample::{Sample, heads};
-use lacuna_tests::{default_schedule, head_points, in_voxels, model, voxel_pose};
+use lacuna_tests::{head_points, in_voxels, model, voxel_pose};
 use nalgebra::{Matrix4, Rotation3, Translation3};
 
 type Oriented = ([f32; 3], [f32; 3]);
@@ -124,9 +124,7 @@ fn a_scan_from_the_side_is_completed_better_with_the_other_sides_mirror_image() 
         assert_eq!(sides.len(), 3);
         let still = Placed { centre: Point::origin(), pose: voxel_pose(&model) };
         let errors = sides.iter().map(|sample| {
-            let schedule = default_schedule(&model);
-            let options =
-                Options { hint: Hint::Exact(still), seed: 1, schedule, finer: 2, keep_noise: false };
+            let options = Options { hint: Hint::Exact(still), ..Options::of(&model) };
             let completion = complete::<Fixed>(&model, &sample.scan, &options).unwrap();
             sample.rms_mm(&completion.merged.mesh, |i| sample.missing[i])
         });

@@ -228,7 +228,10 @@ impl Complete {
             ("unit of the scan", unit::symbol(self.subject.unit(model)).to_owned()),
             ("step lengths", if self.momentum { "heavy ball" } else { "varying" }.to_owned()),
             ("surface", format!("{} times as fine as the model's grid", self.finer)),
-            ("noise of the scan", if self.keep_noise { "kept" } else { "taken out" }.to_owned()),
+            (
+                "noise of the scan",
+                if self.keep_noise { "kept" } else { "taken out of dense scans" }.to_owned(),
+            ),
         ];
         let subject = report::Subject {
             scan: &self.subject.name(),

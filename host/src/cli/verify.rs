@@ -3,7 +3,7 @@
 use super::{Common, Failure, bar, inputs, say};
 use crate::complete::clean::clean;
 use crate::complete::noise::widest;
-use crate::complete::{Hint, Options, Start, start};
+use crate::complete::{Options, Start, start};
 use crate::fit::Digests;
 use crate::mesh::Mesh;
 use crate::sentence::sentence;
@@ -56,7 +56,7 @@ impl Verify {
         for path in &self.scans {
             let scan = clean(&inputs::scan(Some(path))?.mesh, widest(&model)).scan;
             let case = registered(&path.display().to_string(), &bytes, &scan)?;
-            reports.push(verify_core(&case, default_schedule(&model), None)?);
+            reports.push(verify_core(&case, Schedule::of(&model), None)?);
             progress.inc(1);
         }
         progress.finish_and_clear();
@@ -64,20 +64,10 @@ impl Verify {
     }
 }
 
-fn default_schedule(model: &Model<'_>) -> Schedule<'static> {
-    Schedule::of(model)
-}
-
 /// A scan in the pose that registration finds, to be refined by the core.
 fn registered(name: &str, bytes: &[u8], scan: &Mesh) -> Result<Case, Failure> {
     let model = inputs::model(bytes, None)?;
-    let options = Options {
-        hint: Hint::None,
-        seed: 1,
-        schedule: default_schedule(&model),
-        finer: 1,
-        keep_noise: false,
-    };
+    let options = Options::of(&model);
     let Start { points, rough, hint, .. } = start(&model, scan, &options)?;
     let rounds = hint.rounds(&model);
     Ok(Case { name: name.into(), model: bytes.to_vec(), points, pose: rough.pose, rounds, volumes: None })
@@ -93,14 +83,14 @@ pub fn fixtures() -> Result<Vec<Report>, Failure> {
     for class in &CLASSES {
         let case = Case::synthetic(class)?;
         let model = Model::from_bytes(&case.model).map_err(|error| sentence(&error))?;
-        reports.push(verify(&case, default_schedule(&model), golden(class.name))?);
+        reports.push(verify(&case, Schedule::of(&model), golden(class.name))?);
         progress.inc(1);
     }
     let bytes = inputs::model_bytes(None)?;
     let model = inputs::model(&bytes, None)?;
     let example = clean(&inputs::scan(None)?.mesh, widest(&model)).scan;
     let case = registered(BUILT_IN, &bytes, &example)?;
-    reports.push(verify_core(&case, default_schedule(&model), golden(BUILT_IN))?);
+    reports.push(verify_core(&case, Schedule::of(&model), golden(BUILT_IN))?);
     progress.finish_and_clear();
     Ok(reports)
 }

@@ -59,6 +59,13 @@ pub struct Options<'a> {
     pub keep_noise: bool,
 }
 
+impl Options<'static> {
+    /// What `lacuna complete` takes unless it is told otherwise.
+    pub const fn of(model: &Model<'_>) -> Self {
+        Self { hint: Hint::None, seed: 1, schedule: Schedule::of(model), finer: 2, keep_noise: false }
+    }
+}
+
 impl Options<'_> {
     /// How far points hear of each other when noise is taken out, in the scan's unit.
     fn widest(&self, model: &Model<'_>) -> f64 {

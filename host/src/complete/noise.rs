@@ -7,6 +7,7 @@
 //! from narrow quadrics tell.
 
 use super::unfold::unfold;
+use crate::cubes::{self, Cube, cube};
 use crate::mesh::{Mesh, Point, Vector};
 use crate::quantile::median;
 use crate::surface::{Moments, Quadric};
@@ -112,9 +113,11 @@ impl Places {
             }
         }
         used.sort_unstable();
-        let alone = first.iter().enumerate().filter(|(_, at)| used.binary_search(at).is_err());
-        let alone: Vec<usize> = alone.map(|(i, _)| i).collect();
-        alone.into_iter().for_each(|i| first[i] = i);
+        for (i, at) in first.iter_mut().enumerate() {
+            if used.binary_search(at).is_err() {
+                *at = i;
+            }
+        }
         Self { first, used, facing }
     }
 }
@@ -143,14 +146,14 @@ fn radii(
 /// The points of a scan by cubes.
 struct Cells {
     edge: f64,
-    cubes: FxHashMap<[i64; 3], Vec<u32>>,
+    cubes: FxHashMap<Cube, Vec<u32>>,
 }
 
 impl Cells {
     fn new(points: &[Point], used: &[usize], edge: f64) -> Self {
-        let mut cubes: FxHashMap<[i64; 3], Vec<u32>> = FxHashMap::default();
+        let mut cubes: FxHashMap<Cube, Vec<u32>> = FxHashMap::default();
         for &i in used {
-            cubes.entry(key(&points[i], edge)).or_default().push(i as u32);
+            cubes.entry(cube(&points[i], edge)).or_default().push(i as u32);
         }
         Self { edge, cubes }
     }
@@ -158,13 +161,9 @@ impl Cells {
     /// Calls `found` with points within `radius`, at most the cubes' edge, their squared distance, and how many each
     /// stands for in a crowd.
     fn near(&self, points: &[Point], p: &Point, radius: f64, mut found: impl FnMut(usize, f64, f64)) {
-        let centre = key(p, self.edge);
-        for offset in 0..27 {
-            let step = [offset % 3, offset / 3 % 3, offset / 9];
-            let key: [i64; 3] = std::array::from_fn(|a| centre[a].saturating_add(step[a] - 1));
-            let Some(cube) = self.cubes.get(&key) else { continue };
-            let of = cube.len().div_ceil(CROWD);
-            for &i in cube.iter().step_by(of) {
+        for members in cubes::around(cube(p, self.edge)).filter_map(|cube| self.cubes.get(&cube)) {
+            let of = members.len().div_ceil(CROWD);
+            for &i in members.iter().step_by(of) {
                 let squared = (points[i as usize] - p).norm_squared();
                 if squared <= radius * radius {
                     found(i as usize, squared, of as f64);
@@ -172,10 +171,6 @@ impl Cells {
             }
         }
     }
-}
-
-fn key(p: &Point, edge: f64) -> [i64; 3] {
-    p.coords.map(|c| (c / edge).floor() as i64).into()
 }
 
 /// What is around the points of a scan.

@@ -1,5 +1,6 @@
 //! The connected pieces of a mesh or a cloud.
 
+use crate::cubes::{Cube, around, cube};
 use crate::mesh::{Mesh, Point};
 use rustc_hash::FxHashMap;
 
@@ -27,13 +28,12 @@ pub fn keep(mesh: &Mesh, keep: impl Fn(usize) -> bool) -> Mesh {
 /// For each point of a cloud the number of its piece; points in the same cube of edge `cell` or in cubes that touch,
 /// directly or through others, are one piece. Pieces are numbered in the order of their first points.
 fn cloud_components(points: &[Point], cell: f64) -> Vec<u32> {
-    let mut cubes: FxHashMap<[i64; 3], u32> = FxHashMap::default();
-    let keys: Vec<[i64; 3]> = points.iter().map(|p| cube(p, cell)).collect();
+    let mut cubes: FxHashMap<Cube, u32> = FxHashMap::default();
+    let keys: Vec<Cube> = points.iter().map(|p| cube(p, cell)).collect();
     let cube_of: Vec<u32> = keys.iter().map(|&key| next_number(&mut cubes, key)).collect();
     let mut parents: Vec<u32> = (0..cubes.len() as u32).collect();
     for (key, &own) in &cubes {
-        for offset in 0..27 {
-            let near = [key[0] + offset % 3 - 1, key[1] + offset / 3 % 3 - 1, key[2] + offset / 9 - 1];
+        for near in around(*key) {
             if let Some(&near) = cubes.get(&near) {
                 join(&mut parents, own, near);
             }
@@ -52,7 +52,7 @@ fn cloud_cell(points: &[Point]) -> f64 {
     let extent = bounds.map_or(0.0, |(low, high)| (high - low).max());
     let mut cell = extent / (points.len().max(1) as f64).sqrt() / 2.0;
     let occupied = |cell: f64| {
-        let mut cubes: FxHashMap<[i64; 3], u32> = FxHashMap::default();
+        let mut cubes: FxHashMap<Cube, u32> = FxHashMap::default();
         points.iter().for_each(|p| _ = next_number(&mut cubes, cube(p, cell)));
         cubes.len()
     };
@@ -62,14 +62,8 @@ fn cloud_cell(points: &[Point]) -> f64 {
     cell.max(f64::MIN_POSITIVE)
 }
 
-/// The cube of edge `cell` that a point lies in. Clamped, so that its neighbours have numbers too.
-fn cube(p: &Point, cell: f64) -> [i64; 3] {
-    const FARTHEST: f64 = (1u64 << 62) as f64;
-    p.coords.map(|c| (c / cell).floor().clamp(-FARTHEST, FARTHEST) as i64).into()
-}
-
 /// The number of a cube: as many as there were before, if it is new.
-fn next_number(cubes: &mut FxHashMap<[i64; 3], u32>, key: [i64; 3]) -> u32 {
+fn next_number(cubes: &mut FxHashMap<Cube, u32>, key: Cube) -> u32 {
     let next = cubes.len() as u32;
     *cubes.entry(key).or_insert(next)
 }

@@ -8,7 +8,7 @@ use crate::mesh::{Mesh, Point, Vector};
 use crate::register::Placed;
 use crate::synth::{Kind, Random};
 use crate::uncertainty::cues::Cue;
-use lacuna::{Fixed, Model, Pose, Schedule};
+use lacuna::{Fixed, Model, Pose};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -95,9 +95,8 @@ pub fn trial(model: &Model<'_>, shape: &Mesh, number: usize, kind: Kind) -> Opti
     let seed = 1000 + number as u64;
     let Partial { mesh, missing } = partial(shape, kind, seed);
     let hint = Hint::Rough(roughly(model, &mesh, seed)?);
-    let schedule = Schedule::of(model);
     // As users get it: on a coarser surface the seam, from which the ways are measured, lies elsewhere.
-    let options = Options { hint, seed, schedule, finer: 2, keep_noise: false };
+    let options = Options { hint, seed, ..Options::of(model) };
     let completion = complete::<Fixed>(model, &mesh, &options).ok()?;
     if completion.cues.is_empty() {
         return None;

@@ -6,7 +6,7 @@ use super::{Common, Failure};
 use crate::cli::{inputs, say};
 use crate::complete::clean::clean;
 use crate::complete::noise::widest;
-use crate::complete::{Hint, Options, Start, fit_here, start};
+use crate::complete::{Options, Start, fit_here, start};
 use crate::device::Scan;
 use crate::fit::Digests;
 use crate::mesh::Mesh;
@@ -64,7 +64,7 @@ impl Verify {
         let mut reports = vec![];
         for (name, mesh) in self.meshes(widest(&model))? {
             let schedule = Schedule::of(&model);
-            let rough = Options { hint: Hint::None, seed: 1, schedule, finer: 1, keep_noise: false };
+            let rough = Options::of(&model);
             let start = start(&model, &mesh, &rough)?;
             let hint = pose_fit::Hint::Exact;
             let exact = Start { hint, points: start.points.clone(), depth: None, ..start };
