@@ -7,7 +7,7 @@ use crate::pose::dot;
 /// Points farther than this from the jointly fitted surface are clutter, class millimetres.
 const CLUTTER: f32 = 8.0;
 /// Points nearer than this to it that face its way are inliers, class millimetres.
-const INLIER: f32 = 3.0;
+pub const INLIER: f32 = 3.0;
 
 /// How a point lies to the jointly fitted surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

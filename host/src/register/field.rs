@@ -33,7 +33,7 @@ struct Cell {
 /// Voxels from cell to cell in a model's grid: 6.6 mm of a face.
 const STRIDE: usize = 2;
 /// Class millimetres between the surface's points.
-const SAMPLE: f64 = 13.0;
+pub const SAMPLE: f64 = 13.0;
 
 impl Field {
     /// The mean shape of a model: its stored voxels, and its far field around them.

@@ -8,7 +8,8 @@ use crate::points::OrientedPoints;
 use lacuna::corners::Weights;
 use lacuna::cube::Cube;
 use lacuna::pose_fit::{PATCH, ROUNDS, Round, columns_len, sums_len};
-use lacuna::{Cloud, Model, Pose, PoseBuffers, PoseFit, Standing};
+use lacuna::standing::{INLIER, Standing};
+use lacuna::{Cloud, Model, Pose, PoseBuffers, PoseFit};
 use nalgebra::Similarity3;
 use rayon::prelude::*;
 
@@ -23,9 +24,18 @@ const CLEAN: f64 = 0.75;
 const NEARBY: f32 = 25.0;
 
 /// Pose and shape from each candidate.
-pub fn refined(model: &Model<'_>, points: &OrientedPoints, candidates: &[Candidate]) -> Vec<Scored> {
-    let few = subsample(points, FEW);
-    let joint = |candidate: &Candidate| refine(model, &few, to_pose(&candidate.pose), &ROUNDS[1..]).ok();
+pub fn refined(
+    model: &Model<'_>,
+    field: &Field,
+    points: &OrientedPoints,
+    candidates: &[Candidate],
+) -> Vec<Scored> {
+    let joint = |candidate: &Candidate| {
+        let pose = to_pose(&candidate.pose);
+        let near = near(field, points, &pose);
+        let chosen = (0..FEW.min(near.len())).map(|i| near[i * near.len() / FEW.min(near.len())]);
+        joint(model, points, (near.len(), chosen.collect()), pose, &ROUNDS[1..]).ok()
+    };
     candidates.par_iter().filter_map(joint).collect()
 }
 
@@ -37,20 +47,36 @@ pub fn settled(
     points: &OrientedPoints,
     pose: Pose,
 ) -> Result<Scored, lacuna::Error> {
+    let near = near(field, points, &pose);
+    let clean = near.len() as f64 >= CLEAN * points.points.len() as f64;
+    let stride = (near.len() / MANY[usize::from(!clean)]).max(1);
+    let chosen = near.iter().copied().filter(|i| i % stride == 0);
+    joint(model, points, (near.len(), chosen.collect()), pose, &ROUNDS)
+}
+
+/// The numbers of the points that may belong to the class in a pose.
+fn near(field: &Field, points: &OrientedPoints, pose: &Pose) -> Vec<usize> {
     let near = |p: &Point| {
         let read = field.at(pose.apply(p.coords.map(|c| c as f32).into()));
         read.is_some_and(|(distance, _)| distance.abs() < NEARBY * field.millimetre as f32)
     };
-    let near: Vec<usize> = (0..points.points.len()).filter(|&i| near(&points.points[i])).collect();
-    let clean = near.len() as f64 >= CLEAN * points.points.len() as f64;
-    let stride = (near.len() / MANY[usize::from(!clean)]).max(1);
-    let chosen = || near.iter().filter(|&i| i % stride == 0);
+    (0..points.points.len()).filter(|&i| near(&points.points[i])).collect()
+}
+
+/// A pose refined with the points `chosen` of `near` ones, and what it explains of all.
+fn joint(
+    model: &Model<'_>,
+    points: &OrientedPoints,
+    (near, chosen): (usize, Vec<usize>),
+    pose: Pose,
+    rounds: &[Round],
+) -> Result<Scored, lacuna::Error> {
     let chosen = OrientedPoints {
-        points: chosen().map(|&i| points.points[i]).collect(),
-        normals: chosen().map(|&i| points.normals[i]).collect(),
+        points: chosen.iter().map(|&i| points.points[i]).collect(),
+        normals: chosen.iter().map(|&i| points.normals[i]).collect(),
     };
-    let refined = refine(model, &chosen, pose, &ROUNDS)?;
-    let share = near.len() as f64 / points.points.len().max(1) as f64;
+    let refined = refine(model, &chosen, pose, rounds)?;
+    let share = near as f64 / points.points.len().max(1) as f64;
     Ok(Scored { inliers: share * refined.inliers, explained: share * refined.explained, ..refined })
 }
 
@@ -67,20 +93,31 @@ pub(super) fn refine(
     let buffers =
         PoseBuffers { normal: &mut normal, chunk: &mut chunk, columns: &mut columns, weights: &mut weights };
     let (pose, _, weights) = PoseFit::new(model, packed.cloud()?, usize::MAX, pose, rounds, buffers)?.run();
-    let inliers = inlier_share(model, packed.cloud()?, &pose, &Weights::new(weights));
+    let (inliers, agreement) = agreement(model, packed.cloud()?, &pose, &Weights::new(weights));
     let factor = f64::from(pose.scale) * f64::from(model.header().spacing);
     let (size, shape) = (1.0 / factor, weights.to_vec());
-    Ok(Scored { pose, explained: inliers * factor.sqrt(), inliers, size, shape })
+    Ok(Scored { pose, explained: agreement * factor.sqrt(), inliers, size, shape })
 }
 
-/// Share of points that lie on the fitted surface and face its way.
-fn inlier_share(model: &Model<'_>, cloud: Cloud<'_>, pose: &Pose, weights: &Weights) -> f64 {
-    let points = (0..cloud.len()).filter_map(|i| cloud.point(i));
+/// Share of points that lie on the fitted surface and face its way; and the mean of (1 - (r / τ)²)² over all points, of
+/// their distances r within the gate τ: a face lies on its own surface exactly, and a shock of hair on a face does not.
+fn agreement(model: &Model<'_>, cloud: Cloud<'_>, pose: &Pose, weights: &Weights) -> (f64, f64) {
     let mut cube = Cube::new(model, weights);
-    let inlier = |&(p, n): &([f32; 3], [f32; 3])| {
-        Standing::of(&mut cube, pose.apply(p), pose.rotate(n)) == Standing::Inlier
-    };
-    points.filter(inlier).count() as f64 / cloud.len().max(1) as f64
+    let (mut inliers, mut sum) = (0usize, 0.0);
+    for (p, n) in (0..cloud.len()).filter_map(|i| cloud.point(i)) {
+        let sample = cube.find(pose.apply(p)).map(Cube::distance);
+        if Standing::from_sample(model, sample, pose.rotate(n)) != Standing::Inlier {
+            continue;
+        }
+        let ratio = sample.map_or(1.0, |(distance, gradient)| {
+            let steepness = gradient.iter().map(|g| g * g).sum::<f32>().sqrt().max(0.3);
+            distance / (steepness * INLIER * model.header().scales.millimetre)
+        });
+        inliers += 1;
+        sum += f64::from((1.0 - ratio * ratio) * (1.0 - ratio * ratio));
+    }
+    let count = cloud.len().max(1) as f64;
+    (inliers as f64 / count, sum / count)
 }
 
 fn to_pose(motion: &Similarity3<f64>) -> Pose {
@@ -90,12 +127,4 @@ fn to_pose(motion: &Similarity3<f64>) -> Pose {
         scale: motion.scaling() as f32,
         translation: motion.isometry.translation.vector.map(|c| c as f32).into(),
     }
-}
-
-/// About `count` points, evenly over the list.
-fn subsample(points: &OrientedPoints, count: usize) -> OrientedPoints {
-    let n = points.points.len();
-    let chosen = |list: &[Point]| (0..count.min(n)).map(|i| list[i * n / count.min(n)]).collect();
-    let normals = (0..count.min(n)).map(|i| points.normals[i * n / count.min(n)]).collect();
-    OrientedPoints { points: chosen(&points.points), normals }
 }

@@ -1,12 +1,13 @@
 //! Registration: where the scan lies in the model's frame, without a hint.
 //!
-//! Coarse search over point pairs, then every candidate is refined by the core's joint estimate of pose and
+//! Tables and walls are left out ([`planes`]). Coarse search over point pairs, then every candidate is refined by the core's joint estimate of pose and
 //! shape, and the one that explains most of the scan wins. A search whose winner does not convince draws more pairs.
 
 pub mod field;
 pub mod icp;
 pub mod joint;
 pub mod pairs;
+pub mod planes;
 pub mod probe;
 pub mod rank;
 pub mod search;
@@ -20,9 +21,10 @@ use field::Field;
 use joint::{refine, refined, settled};
 use lacuna::pose_fit::Round;
 use lacuna::{Model, Pose};
+use planes::without_planes;
 use rank::{Scored, convincing, finals, next_best, possible};
 use rayon::prelude::*;
-use search::Search;
+use search::{Effort, Search};
 
 /// A scan's place in the model: q = pose(p - centre), in voxels.
 #[derive(Clone, Copy, Debug)]
@@ -111,9 +113,31 @@ impl Placed {
     }
 }
 
-/// Thinned and centred points of a scan, for its pose.
-fn prepare(scan: &Mesh, cell: f64) -> (Point, OrientedPoints) {
-    centred(&thin(scan, cell))
+/// A scan for its pose.
+struct Prepared {
+    centre: Point,
+    /// Thinned and centred, without its planes.
+    points: OrientedPoints,
+    /// Share of the scan that they are.
+    share: f64,
+}
+
+impl Prepared {
+    fn new(scan: &Mesh, field: &Field, model: &Model<'_>, seed: u64) -> Self {
+        let spacing = f64::from(model.header().spacing);
+        let all = thin(scan, spacing);
+        let whole = all.points.len().max(1) as f64;
+        let (centre, points) = centred(&without_planes(field, all, spacing, seed));
+        let share = points.points.len() as f64 / whole;
+        Self { centre, points, share }
+    }
+
+    /// What was found, in terms of the whole scan.
+    fn registration(&self, found: Scored, runner_up: f64) -> Registration {
+        let Scored { pose, inliers, shape, .. } = found;
+        let placed = Placed { centre: self.centre, pose };
+        Registration { placed, shape, inliers: self.share * inliers, runner_up: self.share * runner_up }
+    }
 }
 
 /// Points around their centre, neighbours in space next to each other, as the pose fit wants them.
@@ -127,12 +151,13 @@ pub fn centred(points: &OrientedPoints) -> (Point, OrientedPoints) {
     (centre, points)
 }
 
-/// Candidates that are refined with the shape.
-const JOINT: usize = 8;
-/// Pairs drawn for each scale of the search: at first, and if that does not convince.
-const DRAWS: [usize; 2] = [300, 1500];
+/// Efforts of the search: at first, and if that does not convince.
+const EFFORTS: [Effort; 2] =
+    [Effort { draws: 300, kept: 24, candidates: 8 }, Effort { draws: 1500, kept: 64, candidates: 24 }];
 /// Candidates that are refined with many points, for what is best with few need not be with many; and the next best.
 const FINALS: usize = 3;
+/// As many of them in all, where several poses explain nearly as much.
+const MOST_FINALS: usize = 8;
 
 /// Finds the pose of a scan.
 ///
@@ -140,41 +165,44 @@ const FINALS: usize = 3;
 /// A scan that is too small, of another size, or unlike the model.
 pub fn register(model: &Model<'_>, scan: &Mesh, seed: u64) -> Result<Registration, Error> {
     let field = Field::of_model(model);
-    let spacing = f64::from(model.header().spacing);
     check_size(scan, &field, model)?;
-    let (centre, points) = prepare(scan, spacing);
+    let prepared = Prepared::new(scan, &field, model, seed);
+    let points = &prepared.points;
     if points.points.len() < 60 {
         return Err(Error::TooFewPoints(points.points.len()));
     }
-    let search = Search::new(&field, &points, 1.0 / spacing, seed);
+    let search = Search::new(&field, points, 1.0 / f64::from(model.header().spacing), seed);
     let mut ranked: Vec<Scored> = Vec::new();
-    for (turn, draws) in DRAWS.into_iter().enumerate() {
-        ranked.extend(refined(model, &points, &search.candidates(turn as u64, draws, JOINT)));
+    for (turn, effort) in EFFORTS.into_iter().enumerate() {
+        ranked.extend(refined(model, &field, points, &search.candidates(turn as u64, effort)));
+        ranked = possible(ranked);
         ranked.sort_by(|a, b| b.explained.total_cmp(&a.explained));
         if convincing(&field, &ranked) {
             break;
         }
     }
-    let [finals, rest] = finals(&field, possible(ranked), FINALS);
+    let [finals, rest] = finals(&field, ranked, FINALS, MOST_FINALS);
     // One that drifts off the model on the way leaves the others.
-    let finals = finals.par_iter().map(|other| settled(model, &field, &points, other.pose).ok());
-    let mut finals: Vec<Scored> = finals.flatten().collect();
+    let finals = finals.par_iter().map(|other| settled(model, &field, points, other.pose).ok());
+    let mut finals = possible(finals.flatten().collect());
     finals.sort_by(|a, b| b.explained.total_cmp(&a.explained));
     let Some((best, others)) = finals.split_first() else { return Err(Error::NoMatch) };
     let runner_up = next_best(&field, best, others.iter().chain(&rest));
-    let Scored { pose, inliers, shape, .. } = best.clone();
-    Ok(Registration { placed: Placed { centre, pose }, shape, inliers, runner_up })
+    Ok(prepared.registration(best.clone(), runner_up))
 }
+
+/// Seed of the points tried as planes where nothing is searched for.
+const SEED: u64 = 1;
 
 /// Refines a pose that is known roughly.
 ///
 /// # Errors
 /// Too little surface, or a pose that is none.
 pub fn refine_hint(model: &Model<'_>, scan: &Mesh, hint: &Placed) -> Result<Registration, Error> {
-    let (centre, points) = prepare(scan, f64::from(model.header().spacing));
-    let rough = hint.about(centre).pose;
-    let Scored { pose, inliers, shape, .. } = settled(model, &Field::of_model(model), &points, rough)?;
-    Ok(Registration { placed: Placed { centre, pose }, shape, inliers, runner_up: 0.0 })
+    let field = Field::of_model(model);
+    let prepared = Prepared::new(scan, &field, model, SEED);
+    let rough = hint.about(prepared.centre).pose;
+    Ok(prepared.registration(settled(model, &field, &prepared.points, rough)?, 0.0))
 }
 
 /// Iterations that draw the model as a whole to a shape.
@@ -193,7 +221,7 @@ const WHOLE: Round = Round {
 /// # Errors
 /// As for [`refine_hint`].
 pub fn refine_whole(model: &Model<'_>, shape: &Mesh, known: &Placed) -> Result<Registration, Error> {
-    let (centre, points) = prepare(shape, f64::from(model.header().spacing));
+    let (centre, points) = centred(&thin(shape, f64::from(model.header().spacing)));
     let Scored { pose, inliers, shape, .. } = refine(model, &points, known.about(centre).pose, &[WHOLE])?;
     Ok(Registration { placed: Placed { centre, pose }, shape, inliers, runner_up: 0.0 })
 }

@@ -50,13 +50,27 @@ pub fn possible(mut ranked: Vec<Scored>) -> Vec<Scored> {
     ranked
 }
 
-/// The first `count` poses, with the best other pose than the first; and the rest.
-pub fn finals(field: &Field, mut ranked: Vec<Scored>, count: usize) -> [Vec<Scored>; 2] {
-    let other = ranked.iter().position(|other| apart(field, &ranked[0].pose, &other.pose));
-    let other = other.filter(|&place| place >= count).map(|place| ranked.remove(place));
-    let rest = ranked.split_off(count.min(ranked.len()));
-    ranked.extend(other);
-    [ranked, rest]
+/// A pose may still turn out the best with many points if it explains this share of what the best explains with few.
+const CLOSE: f64 = 0.75;
+
+/// The poses that are refined with many points, and the rest: the first `count`, the best other pose than the first, and
+/// up to `most` that come close to it and are other poses than all these.
+pub fn finals(field: &Field, ranked: Vec<Scored>, count: usize, most: usize) -> [Vec<Scored>; 2] {
+    let least = CLOSE * ranked.first().map_or(0.0, |best| best.explained);
+    let (mut finals, mut rest): (Vec<Scored>, Vec<Scored>) = (Vec::new(), Vec::new());
+    let mut other = false;
+    for pose in ranked {
+        let first = finals.first().is_none_or(|first| apart(field, &first.pose, &pose.pose));
+        let new = || finals.iter().all(|chosen| apart(field, &chosen.pose, &pose.pose));
+        let close = finals.len() < most && pose.explained >= least && new();
+        if finals.len() < count || (first && !other) || close {
+            other |= first && !finals.is_empty();
+            finals.push(pose);
+        } else {
+            rest.push(pose);
+        }
+    }
+    [finals, rest]
 }
 
 /// Whether two poses differ by more than ten degrees, or move the surface by more than fifteen class millimetres.
@@ -102,7 +116,7 @@ mod tests {
         let shifts = |poses: &[Scored]| -> Vec<f32> { poses.iter().map(|p| p.pose.translation[0]).collect() };
         let of = |all: &[f32]| {
             let ranked = all.iter().map(|&shift| scored(1.0, shift)).collect();
-            finals(&field, ranked, 2).map(|poses| shifts(&poses))
+            finals(&field, ranked, 2, 2).map(|poses| shifts(&poses))
         };
         assert_eq!(of(&[0.0, 0.1, 0.2, 90.0, 80.0]), [vec![0.0, 0.1, 90.0], vec![0.2, 80.0]]);
         assert_eq!(of(&[0.0, 90.0, 0.2]), [vec![0.0, 90.0], vec![0.2]]);

@@ -6,9 +6,10 @@
 //! drawn to the surface by a few Gauss-Newton steps and only then compared: next to a right guess that is ten degrees
 //! off, much of a scan with hair and collar looks better somewhere else.
 
-use super::field::Field;
+use super::field::{Field, SAMPLE};
 use super::pairs::{Pair, Table};
 use super::probe::Probe;
+use super::rank::SIZES;
 use crate::points::OrientedPoints;
 use nalgebra::{Similarity3, Translation3, UnitQuaternion};
 use rand::RngExt;
@@ -31,10 +32,12 @@ const FACTORS: [f64; 5] = [0.82, 0.91, 1.0, 1.11, 1.22];
 const STREAMS: u64 = 2;
 /// Matches tried for one drawn pair.
 const TRIES: usize = 12;
-/// Guesses of a stream that are drawn to the surface.
-const KEPT: usize = 24;
+/// Pairs drawn for each that has a match, at most: those on a table have none.
+const MOST_DRAWS: usize = 16;
 /// Points for guesses, steps and comparison.
 const POINTS: [usize; 3] = [128, 256, 700];
+/// So many times as many for scenes, at most.
+const MOST_SCENES: f64 = 8.0;
 /// Gate of guesses, class millimetres.
 const GUESS: f64 = 10.0;
 /// Gates of the steps after them, then with more points.
@@ -45,6 +48,17 @@ const SETTLED: usize = 4;
 /// Shortest pair, and the width of a bin of lengths, class millimetres.
 const NEAREST: f64 = 45.0;
 const WIDTH: f64 = 6.0;
+
+/// How long is searched.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// Pairs with a match that are drawn for each scale.
+    pub draws: usize,
+    /// Guesses of a stream of draws that are drawn to the surface.
+    pub kept: usize,
+    /// Candidates that are returned, at most.
+    pub candidates: usize,
+}
 
 /// A scan that is searched for in a field.
 pub struct Search<'a> {
@@ -63,28 +77,47 @@ impl<'a> Search<'a> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(u64::MAX);
         let order = spread(scan.points.len(), &mut random);
-        let probes = POINTS.map(|count| Probe::new(scan, &order[..count.min(order.len())]));
+        // Of a scene, the part that belongs to the class has as many of them as a scan of the class alone.
+        let class = field.samples.points.len() as f64 * (SAMPLE * field.millimetre).powi(2);
+        let scenes = (scan.points.len() as f64 / class).clamp(1.0, MOST_SCENES);
+        let probes = POINTS
+            .map(|count| Probe::new(scan, &order[..((count as f64 * scenes) as usize).min(order.len())]));
         let table = Table::new(&field.samples, NEAREST * field.millimetre, WIDTH * field.millimetre);
         Self { field, scan, table, probes, unit_scale, seed }
     }
 
-    /// The best candidates after `draws` pairs for each scale, best first; distinct ones only. The same for any
+    /// The best candidates best first; distinct ones only. The same for any
     /// number of threads; another `turn` draws other pairs.
-    pub fn candidates(&self, turn: u64, draws: usize, most: usize) -> Vec<Candidate> {
+    pub fn candidates(&self, turn: u64, effort: Effort) -> Vec<Candidate> {
         let streams = FACTORS.len() as u64 * STREAMS;
         let guesses: Vec<Candidate> = (0..streams)
             .into_par_iter()
-            .flat_map_iter(|stream| self.guesses(turn * streams + stream, draws / STREAMS as usize))
+            .flat_map_iter(|stream| self.guesses(turn * streams + stream, effort))
             .collect();
         let size = self.field.size;
-        let drawn = distinct(self.settled(&self.probes[1], &guesses, &DRAW), size, SETTLED * most);
-        distinct(self.settled(&self.probes[2], &drawn, &SETTLE), size, most)
+        let drawn = self.inside(self.settled(&self.probes[1], &guesses, &DRAW));
+        let drawn = distinct(drawn, size, SETTLED * effort.candidates);
+        distinct(self.inside(self.settled(&self.probes[2], &drawn, &SETTLE)), size, effort.candidates)
+    }
+
+    /// The poses that do not have a size at the border of the possible, for they were on the way beyond it; all where there
+    /// are no others.
+    fn inside(&self, mut poses: Vec<Candidate>) -> Vec<Candidate> {
+        let inside = |candidate: &Candidate| {
+            let size = self.unit_scale / candidate.pose.scaling();
+            size > 1.001 * SIZES.start && size < 0.999 * SIZES.end
+        };
+        if poses.iter().any(inside) {
+            poses.retain(inside);
+        }
+        poses
     }
 
     /// Steps towards the surface, then what is explained.
     fn settled(&self, probe: &Probe, from: &[Candidate], gates: &[f64]) -> Vec<Candidate> {
+        let step = |pose, &gate: &f64| self.possible(probe, probe.step(self.field, &pose, gate));
         let settled = |candidate: &Candidate| {
-            let pose = gates.iter().fold(candidate.pose, |pose, &gate| probe.step(self.field, &pose, gate));
+            let pose = gates.iter().fold(candidate.pose, step);
             let factor = pose.scaling() / self.unit_scale;
             let gate = gates.last().copied().unwrap_or(GUESS);
             Candidate { pose, quality: probe.explained(self.field, &pose, gate, f64::MIN) * factor }
@@ -92,32 +125,46 @@ impl<'a> Search<'a> {
         from.par_iter().map(settled).collect()
     }
 
+    /// The pose with the scan in the nearest possible size: a scan on a table is explained best when it is so small that
+    /// most of the table is in the field.
+    fn possible(&self, probe: &Probe, pose: Similarity3<f64>) -> Similarity3<f64> {
+        let size = self.unit_scale / pose.scaling();
+        let growth = size / size.clamp(SIZES.start, SIZES.end);
+        let middle = probe.middle(&pose).coords;
+        let translation = middle + (pose.isometry.translation.vector - middle) * growth;
+        Similarity3::from_parts(translation.into(), pose.isometry.rotation, pose.scaling() * growth)
+    }
+
     /// The best guesses of one stream of draws, distinct ones only.
-    fn guesses(&self, stream: u64, draws: usize) -> Vec<Candidate> {
+    fn guesses(&self, stream: u64, effort: Effort) -> Vec<Candidate> {
+        let draws = effort.draws / STREAMS as usize;
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         random.set_stream(stream);
         let factor = FACTORS[stream as usize % FACTORS.len()];
         let mut best: Vec<Candidate> = Vec::new();
-        for _ in 0..draws {
+        let (mut matched, mut drawn) = (0, 0);
+        while matched < draws && drawn < MOST_DRAWS * draws {
+            drawn += 1;
             let Some(pair) = self.drawn(factor, &mut random) else { continue };
             let matches = self.table.matches(&pair);
+            matched += usize::from(!matches.is_empty());
             for attempt in 0..TRIES.min(matches.len()) {
                 let all = matches.len() <= TRIES;
                 let (_, a, b) = matches[if all { attempt } else { random.random_range(0..matches.len()) }];
                 let goal = Pair::of(&self.field.samples, usize::from(a), usize::from(b));
                 let Some(pose) = align(&pair, &goal, self.unit_scale * factor) else { continue };
-                self.judge(pose, factor, &mut best);
+                self.judge(pose, factor, effort.kept, &mut best);
             }
         }
         best
     }
 
     /// Puts a guess among the best if it is one of them.
-    fn judge(&self, pose: Similarity3<f64>, factor: f64, best: &mut Vec<Candidate>) {
-        let least = if best.len() < KEPT { 0.0 } else { best[best.len() - 1].quality };
+    fn judge(&self, pose: Similarity3<f64>, factor: f64, kept: usize, best: &mut Vec<Candidate>) {
+        let least = if best.len() < kept { 0.0 } else { best[best.len() - 1].quality };
         let quality = self.probes[0].explained(self.field, &pose, GUESS, least / factor) * factor;
         if quality > least {
-            insert(best, Candidate { pose, quality }, self.field.size);
+            insert(best, Candidate { pose, quality }, self.field.size, kept);
         }
     }
 
@@ -154,7 +201,7 @@ fn align(from: &Pair, to: &Pair, scale: f64) -> Option<Similarity3<f64>> {
 }
 
 /// Puts a guess into the list, best first, unless a better one stands for it.
-fn insert(best: &mut Vec<Candidate>, candidate: Candidate, size: f64) {
+fn insert(best: &mut Vec<Candidate>, candidate: Candidate, size: f64, kept: usize) {
     let at = best.partition_point(|other| other.quality >= candidate.quality);
     if best[..at].iter().any(|other| alike(other, &candidate, size)) {
         return;
@@ -165,7 +212,7 @@ fn insert(best: &mut Vec<Candidate>, candidate: Candidate, size: f64) {
         Some(offset) => {
             best.remove(at + 1 + offset);
         }
-        None => best.truncate(KEPT),
+        None => best.truncate(kept),
     }
 }
 

@@ -13,7 +13,7 @@ use crate::mesh::{Mesh, Point};
 use crate::points::{OrientedPoints, thin};
 use crate::register::field::Field;
 use crate::register::icp::{Outcome, Side, icp};
-use crate::register::search::{Candidate, Search};
+use crate::register::search::{Candidate, Effort, Search};
 use lacuna::format::Jitter;
 use nalgebra::{Similarity3, Translation3, UnitQuaternion};
 use rayon::prelude::*;
@@ -90,7 +90,7 @@ pub enum Error {
 /// faces the largest differs from the first by 0.051 with an overlap of 0.86.
 const SAME_POSE: (f64, f64) = (0.06, 0.6);
 /// Pairs drawn for each scale of the coarse search.
-const DRAWS: usize = 1500;
+const EFFORT: Effort = Effort { draws: 1500, kept: 24, candidates: 1 };
 /// Share of a shape's area that its pose must explain, at least.
 const LEAST: f64 = 0.3;
 
@@ -244,7 +244,7 @@ fn pairwise(
 /// The best candidate of a coarse search for the pose of a shape's points on the first one.
 fn best(points: &OrientedPoints, first: &Shape, sizes: f64, seed: u64) -> Option<Candidate> {
     let search = Search::new(&first.field, points, first.to_field.scaling() * sizes, seed);
-    search.candidates(0, DRAWS, 1).into_iter().next()
+    search.candidates(0, EFFORT).into_iter().next()
 }
 
 /// The distances of a shape on its own lattice.
