@@ -30,13 +30,13 @@ pub fn refined(
     points: &OrientedPoints,
     candidates: &[Candidate],
 ) -> Vec<Scored> {
-    let joint = |candidate: &Candidate| {
+    let from = |candidate: &Candidate| {
         let pose = to_pose(&candidate.pose);
         let near = near(field, points, &pose);
         let chosen = (0..FEW.min(near.len())).map(|i| near[i * near.len() / FEW.min(near.len())]);
         joint(model, points, (near.len(), chosen.collect()), pose, &ROUNDS[1..]).ok()
     };
-    candidates.par_iter().filter_map(joint).collect()
+    candidates.par_iter().filter_map(from).collect()
 }
 
 /// The pose refined with about `MANY` of the points that may belong to the class, and what it explains of all points.

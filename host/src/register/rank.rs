@@ -14,7 +14,8 @@ pub const SIZES: Range<f64> = 0.66..1.5;
 pub struct Scored {
     /// From the centred scan to voxels.
     pub pose: Pose,
-    /// Share of inliers times the root of the scale: shrinking must not pay, and growing must not outweigh what it loses.
+    /// How exactly the points lie on the fitted surface, on average, times the root of the scale: shrinking must not pay, and
+    /// growing must not outweigh what it loses.
     pub explained: f64,
     /// Share of the points that lie on the fitted surface and face its way.
     pub inliers: f64,
@@ -58,13 +59,13 @@ const CLOSE: f64 = 0.75;
 pub fn finals(field: &Field, ranked: Vec<Scored>, count: usize, most: usize) -> [Vec<Scored>; 2] {
     let least = CLOSE * ranked.first().map_or(0.0, |best| best.explained);
     let (mut finals, mut rest): (Vec<Scored>, Vec<Scored>) = (Vec::new(), Vec::new());
-    let mut other = false;
+    let mut has_other = false;
     for pose in ranked {
-        let first = finals.first().is_none_or(|first| apart(field, &first.pose, &pose.pose));
-        let new = || finals.iter().all(|chosen| apart(field, &chosen.pose, &pose.pose));
-        let close = finals.len() < most && pose.explained >= least && new();
-        if finals.len() < count || (first && !other) || close {
-            other |= first && !finals.is_empty();
+        let is_other = finals.first().is_some_and(|first| apart(field, &first.pose, &pose.pose));
+        let is_new = || finals.iter().all(|chosen| apart(field, &chosen.pose, &pose.pose));
+        let is_close = finals.len() < most && pose.explained >= least && is_new();
+        if finals.len() < count || (is_other && !has_other) || is_close {
+            has_other |= is_other;
             finals.push(pose);
         } else {
             rest.push(pose);
@@ -121,6 +122,14 @@ mod tests {
         assert_eq!(of(&[0.0, 0.1, 0.2, 90.0, 80.0]), [vec![0.0, 0.1, 90.0], vec![0.2, 80.0]]);
         assert_eq!(of(&[0.0, 90.0, 0.2]), [vec![0.0, 90.0], vec![0.2]]);
         assert_eq!(of(&[0.0]), [vec![0.0], vec![]]);
+        let weak = Scored { explained: 0.3, ..scored(1.0, 360.0) };
+        let close =
+            [scored(1.0, 0.0), scored(1.0, 90.0), scored(1.0, 0.1), scored(1.0, 180.0), weak].to_vec();
+        assert_eq!(
+            finals(&field, close.clone(), 1, 9).map(|p| shifts(&p)),
+            [vec![0., 90., 180.], vec![0.1, 360.]]
+        );
+        assert_eq!(finals(&field, close, 1, 2).map(|p| shifts(&p)), [vec![0., 90.], vec![0.1, 180., 360.]]);
         let others = [scored(1.0, 0.1), Scored { explained: 0.4, ..scored(1.0, 90.0) }];
         assert_eq!(next_best(&field, &scored(1.0, 0.0), &others), 0.4);
         assert_eq!(next_best(&field, &scored(1.0, 0.0), &others[..1]), 0.0);

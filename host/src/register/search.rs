@@ -86,8 +86,8 @@ impl<'a> Search<'a> {
         Self { field, scan, table, probes, unit_scale, seed }
     }
 
-    /// The best candidates best first; distinct ones only. The same for any
-    /// number of threads; another `turn` draws other pairs.
+    /// The best candidates, best first; distinct ones only. The same for any number of threads; another `turn` draws other
+    /// pairs.
     pub fn candidates(&self, turn: u64, effort: Effort) -> Vec<Candidate> {
         let streams = FACTORS.len() as u64 * STREAMS;
         let guesses: Vec<Candidate> = (0..streams)
