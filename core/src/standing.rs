@@ -3,6 +3,7 @@
 use crate::cube::Cube;
 use crate::model::Model;
 use crate::pose::dot;
+use crate::pose_row::steepness;
 
 /// Points farther than this from the jointly fitted surface are clutter, class millimetres.
 const CLUTTER: f32 = 8.0;
@@ -31,7 +32,7 @@ impl Standing {
     /// The same from the surface's distance and gradient at the point; `None` outside the band.
     pub fn from_sample(model: &Model<'_>, sample: Option<(f32, [f32; 3])>, normal: [f32; 3]) -> Self {
         let Some((distance, gradient)) = sample else { return Self::Other };
-        let steepness = libm::sqrtf(dot(gradient, gradient)).max(0.3);
+        let steepness = steepness(gradient);
         let millimetre = model.header().scales.millimetre * steepness;
         if distance.abs() > CLUTTER * millimetre {
             Self::Clutter

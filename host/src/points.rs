@@ -42,9 +42,15 @@ impl OrientedPoints {
         sort_along_curve(&mut order, &|&i| places[i]);
         // Within a cell of the curve, as they came.
         order.chunk_by_mut(|&a, &b| places[a] == places[b]).for_each(<[usize]>::sort_unstable);
+        self.chosen(&order)
+    }
+
+    /// The points of these numbers, in their order.
+    #[must_use]
+    pub fn chosen(&self, numbers: &[usize]) -> Self {
         Self {
-            points: order.iter().map(|&i| self.points[i]).collect(),
-            normals: order.iter().map(|&i| self.normals[i]).collect(),
+            points: numbers.iter().map(|&i| self.points[i]).collect(),
+            normals: numbers.iter().map(|&i| self.normals[i]).collect(),
         }
     }
 

@@ -325,10 +325,7 @@ fn without_clutter(model: &Model<'_>, start: &Start, fit: &Fit) -> OrientedPoint
         Standing::of(&mut cube, pose.apply(p), pose.rotate(n)) != Standing::Clutter
     };
     let kept: Vec<usize> = (0..start.points.points.len()).filter(kept).collect();
-    OrientedPoints {
-        points: kept.iter().map(|&i| start.points.points[i]).collect(),
-        normals: kept.iter().map(|&i| start.points.normals[i]).collect(),
-    }
+    start.points.chosen(&kept)
 }
 
 /// One class millimetre in the scan's unit.

@@ -8,6 +8,7 @@ use crate::points::OrientedPoints;
 use lacuna::corners::Weights;
 use lacuna::cube::Cube;
 use lacuna::pose_fit::{PATCH, ROUNDS, Round, columns_len, sums_len};
+use lacuna::pose_row::steepness;
 use lacuna::standing::{INLIER, Standing};
 use lacuna::{Cloud, Model, Pose, PoseBuffers, PoseFit};
 use nalgebra::Similarity3;
@@ -71,11 +72,7 @@ fn joint(
     pose: Pose,
     rounds: &[Round],
 ) -> Result<Scored, lacuna::Error> {
-    let chosen = OrientedPoints {
-        points: chosen.iter().map(|&i| points.points[i]).collect(),
-        normals: chosen.iter().map(|&i| points.normals[i]).collect(),
-    };
-    let refined = refine(model, &chosen, pose, rounds)?;
+    let refined = refine(model, &points.chosen(&chosen), pose, rounds)?;
     let share = near as f64 / points.points.len().max(1) as f64;
     Ok(Scored { inliers: share * refined.inliers, explained: share * refined.explained, ..refined })
 }
@@ -102,19 +99,17 @@ pub(super) fn refine(
 /// Share of points that lie on the fitted surface and face its way; and the mean of (1 - (r / τ)²)² over all points, of
 /// their distances r within the gate τ: a face lies on its own surface exactly, and a shock of hair on a face does not.
 fn agreement(model: &Model<'_>, cloud: Cloud<'_>, pose: &Pose, weights: &Weights) -> (f64, f64) {
+    let gate = INLIER * model.header().scales.millimetre;
     let mut cube = Cube::new(model, weights);
     let (mut inliers, mut sum) = (0usize, 0.0);
     for (p, n) in (0..cloud.len()).filter_map(|i| cloud.point(i)) {
-        let sample = cube.find(pose.apply(p)).map(Cube::distance);
-        if Standing::from_sample(model, sample, pose.rotate(n)) != Standing::Inlier {
-            continue;
+        let Some(sample) = cube.find(pose.apply(p)).map(Cube::distance) else { continue };
+        if Standing::from_sample(model, Some(sample), pose.rotate(n)) == Standing::Inlier {
+            let (distance, gradient) = sample;
+            let ratio = f64::from(distance / (steepness(gradient) * gate));
+            inliers += 1;
+            sum += (1.0 - ratio * ratio).powi(2);
         }
-        let ratio = sample.map_or(1.0, |(distance, gradient)| {
-            let steepness = gradient.iter().map(|g| g * g).sum::<f32>().sqrt().max(0.3);
-            distance / (steepness * INLIER * model.header().scales.millimetre)
-        });
-        inliers += 1;
-        sum += f64::from((1.0 - ratio * ratio) * (1.0 - ratio * ratio));
     }
     let count = cloud.len().max(1) as f64;
     (inliers as f64 / count, sum / count)

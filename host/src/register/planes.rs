@@ -53,10 +53,7 @@ fn without(all: &OrientedPoints, some: &[usize]) -> OrientedPoints {
     let mut kept = vec![true; all.points.len()];
     some.iter().for_each(|&i| kept[i] = false);
     let kept: Vec<usize> = (0..kept.len()).filter(|&i| kept[i]).collect();
-    OrientedPoints {
-        points: kept.iter().map(|&i| all.points[i]).collect(),
-        normals: kept.iter().map(|&i| all.normals[i]).collect(),
-    }
+    all.chosen(&kept)
 }
 
 #[cfg(test)]

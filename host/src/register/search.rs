@@ -4,7 +4,7 @@
 //! the scale. How well one matches is what it explains times f, because shrinking a scan always finds more points
 //! near the surface; the paper's f² prefers poses a fifth too large for half a head. The best of every scale are
 //! drawn to the surface by a few Gauss-Newton steps and only then compared: next to a right guess that is ten degrees
-//! off, much of a scan with hair and collar looks better somewhere else.
+//! off, much of a scan with hair and collar looks better somewhere else. Only possible sizes ([`SIZES`]) are looked at.
 
 use super::field::{Field, SAMPLE};
 use super::pairs::{Pair, Table};
@@ -32,7 +32,7 @@ const FACTORS: [f64; 5] = [0.82, 0.91, 1.0, 1.11, 1.22];
 const STREAMS: u64 = 2;
 /// Matches tried for one drawn pair.
 const TRIES: usize = 12;
-/// Pairs drawn for each that has a match, at most: those on a table have none.
+/// Pairs drawn for each that has a match, at most: most of those on clutter have none.
 const MOST_DRAWS: usize = 16;
 /// Points for guesses, steps and comparison.
 const POINTS: [usize; 3] = [128, 256, 700];
@@ -115,7 +115,7 @@ impl<'a> Search<'a> {
 
     /// Steps towards the surface, then what is explained.
     fn settled(&self, probe: &Probe, from: &[Candidate], gates: &[f64]) -> Vec<Candidate> {
-        let step = |pose, &gate: &f64| self.possible(probe, probe.step(self.field, &pose, gate));
+        let step = |pose, &gate: &f64| self.bounded(probe, probe.step(self.field, &pose, gate));
         let settled = |candidate: &Candidate| {
             let pose = gates.iter().fold(candidate.pose, step);
             let factor = pose.scaling() / self.unit_scale;
@@ -125,9 +125,9 @@ impl<'a> Search<'a> {
         from.par_iter().map(settled).collect()
     }
 
-    /// The pose with the scan in the nearest possible size: a scan on a table is explained best when it is so small that
-    /// most of the table is in the field.
-    fn possible(&self, probe: &Probe, pose: Similarity3<f64>) -> Similarity3<f64> {
+    /// The pose with the scan in the nearest possible size: a scene is explained best when it is shrunk until most of it is
+    /// in the field.
+    fn bounded(&self, probe: &Probe, pose: Similarity3<f64>) -> Similarity3<f64> {
         let size = self.unit_scale / pose.scaling();
         let growth = size / size.clamp(SIZES.start, SIZES.end);
         let middle = probe.middle(&pose).coords;

@@ -89,7 +89,7 @@ pub enum Error {
 /// Median distance, share of the size, and overlap within which shapes count as in one pose. Among 90 aligned
 /// faces the largest differs from the first by 0.051 with an overlap of 0.86.
 const SAME_POSE: (f64, f64) = (0.06, 0.6);
-/// Pairs drawn for each scale of the coarse search.
+/// Effort of the coarse search: the best candidate alone is looked at further.
 const EFFORT: Effort = Effort { draws: 1500, kept: 24, candidates: 1 };
 /// Share of a shape's area that its pose must explain, at least.
 const LEAST: f64 = 0.3;

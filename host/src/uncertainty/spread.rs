@@ -63,11 +63,7 @@ mod tests {
         heights.sort_by(f64::total_cmp);
         let upper = |i: &usize| case.points.points[*i].y > heights[heights.len() * 2 / 3];
         let kept: Vec<usize> = (0..heights.len()).filter(upper).collect();
-        let third = OrientedPoints {
-            points: kept.iter().map(|&i| case.points.points[i]).collect(),
-            normals: kept.iter().map(|&i| case.points.normals[i]).collect(),
-        };
-        let (whole, third) = (found(case.points.clone()), found(third));
+        let (whole, third) = (found(case.points.clone()), found(case.points.chosen(&kept)));
         assert!(third.turn > 1.2 * whole.turn && third.surface > 1.2 * whole.surface, "{whole:?} {third:?}");
         assert!(whole.turn > 0.01 && third.surface < 20.0, "{whole:?} {third:?}");
     }
