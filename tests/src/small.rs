@@ -59,8 +59,15 @@ pub fn small_depth() -> &'static Small {
             Settings { reach: Reach::of(&model), rounds: &ROUNDS, schedule: default_schedule(&model) };
         let digests = fit::<Fixed>(&model, packed, &rough.pose, settings).expect("the small case").digests;
         let points = OrientedPoints::default();
-        let start =
-            Start { hint: Hint::Rough, points, elsewhere: 0.0, rough, runner_up: 0.0, depth: Some(depth) };
+        let start = Start {
+            hint: Hint::Rough,
+            points,
+            elsewhere: 0.0,
+            clutter: 0.0,
+            rough,
+            runner_up: 0.0,
+            depth: Some(depth),
+        };
         Small { scan: Scan::new(&start, Iterations::Varying), digests, model: file }
     })
 }

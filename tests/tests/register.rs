@@ -5,6 +5,7 @@ use lacuna::Model;
 use lacuna_host::mesh::{Mesh, Point, Vector};
 use lacuna_host::register::field::Field;
 use lacuna_host::register::{Registration, refine_hint, register};
+use lacuna_host::synth::Surrounding;
 use lacuna_tests::model;
 use lacuna_tests::registration::{Difference, Way, moved, placed, similarity_of, to_voxels};
 use lacuna_tests::sample::{Sample, heads};
@@ -85,27 +86,13 @@ impl Known {
         Self { scan, to_model: self.to_model }
     }
 
-    /// With a table of three times the class's size, a shock of hair around the back and a collar, those that are asked for.
-    fn in_a_scene(&self, model: &Model<'_>, with: [bool; 3]) -> Self {
+    /// With what is around heads, in proportion to the mean shape.
+    fn in_a_scene(&self, model: &Model<'_>, with: &[Surrounding]) -> Self {
         let points = Field::of_model(model).samples.points;
-        let (low, high) = Mesh { points, ..Mesh::default() }.bounds().expect("a mean shape");
-        let (middle, half) = (nalgebra::center(&low, &high), (high - low) / 2.0);
-        let neck = Point::new(middle.x, low.y, middle.z);
-        let table =
-            grid(60, |u, v| neck + Vector::new((u - 0.5) * 6.0 * half.y, -2.0, (v - 0.5) * 6.0 * half.y));
-        let wave = |p: Vector| 1.0 + 0.05 * ((4.0 * p.x).sin() + (5.0 * p.y).sin() + (6.0 * p.z).sin());
-        let hair = grid(60, |u, v| {
-            let (around, up) = (u * std::f64::consts::PI, v * std::f64::consts::FRAC_PI_2);
-            let p = Vector::new(around.cos() * up.sin(), up.cos(), -around.sin() * up.sin());
-            middle + p.component_mul(&half) * (1.1 * wave(p))
-        });
-        let collar = grid(40, |u, v| {
-            let around = u * std::f64::consts::TAU;
-            let out = (1.2 - 0.4 * v) * half.x;
-            neck + Vector::new(out * around.cos(), 0.3 * v * half.y, -out * around.sin())
-        });
+        let bounds = Mesh { points, ..Mesh::default() }.bounds().expect("a mean shape");
         let mut scan = Mesh { normals: vec![], ..self.scan.clone() };
-        for (mut part, _) in [table, hair, collar].into_iter().zip(with).filter(|(_, with)| *with) {
+        for thing in with {
+            let mut part = thing.mesh(bounds, 1);
             part.points.iter_mut().for_each(|p| *p = self.to_model.inverse() * *p);
             scan.append(&part);
         }
@@ -186,7 +173,8 @@ fn clutter_is_not_what_is_looked_for() {
 #[test]
 fn a_table_hair_and_a_collar_do_not_hide_a_head() {
     let model = model();
-    let scenes = [[true, false, false], [false, true, false], [true, false, true], [true, true, true]];
+    let [table, hair, collar] = [Surrounding::Table, Surrounding::Hair, Surrounding::Collar];
+    let scenes: [&[Surrounding]; 4] = [&[table], &[hair], &[table, collar], &[table, hair, collar]];
     let ways = [Vector::new(2.0, -1.0, 0.3), Vector::new(0.2, 0.1, 3.0), Vector::new(-1.0, 2.5, 0.0)];
     for (number, (turn, size)) in (1001..).zip(ways.into_iter().zip([0.85, 1.0, 1.2])) {
         for scan in [front(&model, number), side(&model, number)] {

@@ -3,7 +3,7 @@
 use super::{Common, Failure, bar, say};
 use crate::io::{self, PlyOut};
 use crate::mesh::Mesh;
-use crate::synth::{Head, Kind, Scan, ScannerSettings, scan};
+use crate::synth::{Head, Kind, Scan, ScannerSettings, Surrounding, scan_among};
 use clap::{Args, Subcommand, ValueEnum};
 use nalgebra::Matrix4;
 use rayon::prelude::*;
@@ -69,6 +69,35 @@ struct OneScan {
     /// 320 x 240 pixels instead of 640 x 480
     #[arg(long)]
     small: bool,
+    /// Deviation of the noise of each pixel, mm; no pixel hears of its neighbours
+    #[arg(long, default_value_t = ScannerSettings::default().noise_mm, value_parser = noise)]
+    noise: f64,
+    /// What is scanned along with it, separated by commas
+    #[arg(long, value_enum, value_delimiter = ',')]
+    with: Vec<With>,
+}
+
+#[derive(Clone, Copy, ValueEnum, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+enum With {
+    Hair,
+    Collar,
+    Table,
+}
+
+impl With {
+    const fn surrounding(self) -> Surrounding {
+        match self {
+            Self::Hair => Surrounding::Hair,
+            Self::Collar => Surrounding::Collar,
+            Self::Table => Surrounding::Table,
+        }
+    }
+}
+
+fn noise(text: &str) -> Result<f64, String> {
+    let noise: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if (0.0..=10.0).contains(&noise) { Ok(noise) } else { Err("from 0 to 10 mm".to_owned()) }
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -127,8 +156,9 @@ impl OneScan {
             From::Side => Kind::Side,
             From::Stitched => Kind::Stitched,
         };
-        let settings = if self.small { ScannerSettings::small() } else { ScannerSettings::default() };
-        let scan = scan(&truth, kind, &settings, self.scan_seed);
+        let scanner = if self.small { ScannerSettings::small() } else { ScannerSettings::default() };
+        let settings = ScannerSettings { noise_mm: self.noise, ..scanner };
+        let scan = scan_among(&truth, &self.others(&truth), kind, &settings, self.scan_seed);
         if scan.mesh.triangles.is_empty() {
             return Err(format!("the scanner sees nothing of {}: {SCANNABLE}", self.name()).into());
         }
@@ -146,6 +176,16 @@ impl OneScan {
             ));
         }
         Ok(())
+    }
+
+    /// What is around it.
+    fn others(&self, truth: &Mesh) -> Mesh {
+        let mut others = Mesh::default();
+        let Some(bounds) = truth.bounds() else { return others };
+        for with in &self.with {
+            others.append(&with.surrounding().mesh(bounds, self.scan_seed));
+        }
+        others
     }
 
     /// What is scanned.
@@ -190,6 +230,7 @@ impl OneScan {
             "ground_truth_mesh": self.truth_path(),
             "camera": camera,
             "views": views,
+            "with": self.with,
             "truth": { "model_to_scan": rows(&scan.model_to_scan), "scan_to_model": rows(&inverse) },
         });
         let text = serde_json::to_vec_pretty(&info)?;

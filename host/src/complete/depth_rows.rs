@@ -148,7 +148,7 @@ pub fn start(
     let (known, hint, runner_up) = place(model, scan, options)?;
     let (rough, depth) = image.placed(scan, &known).map_err(Error::Fit)?;
     let points = unpacked(&depth.packed).map_err(Error::Fit)?;
-    Ok(Start { points, elsewhere: 0.0, rough, hint, runner_up, depth: Some(depth) })
+    Ok(Start { points, elsewhere: 0.0, clutter: 0.0, rough, hint, runner_up, depth: Some(depth) })
 }
 
 fn unpacked(packed: &PackedPoints) -> Result<OrientedPoints, lacuna::Error> {

@@ -23,7 +23,7 @@ use crate::distance::Surface;
 use crate::fit::{Fit, fit};
 use crate::mesh::{Mesh, Point};
 use crate::points::{OrientedPoints, thin};
-use crate::register::{self, Placed};
+use crate::register::{self, Placed, joint};
 use crate::sentence::sentence;
 use crate::surface::fair;
 use crate::uncertainty::cues::{Cue, cues};
@@ -369,6 +369,17 @@ fn agreement(
     }
 }
 
+/// How exactly the inliers lie on the surface fitted with the pose; none where the pose was given, and no surface with it.
+fn exactness(model: &Model<'_>, start: &Start, fit: &Fit) -> Option<f64> {
+    if start.hint.rounds(model).is_empty() {
+        return None;
+    }
+    let packed = start.packed();
+    let (inliers, agreement) =
+        joint::agreement(model, packed.cloud().ok()?, &fit.outcome.pose, &Weights::new(&fit.shape));
+    (inliers > 0.0).then(|| agreement / inliers)
+}
+
 fn judge(
     model: &Model<'_>,
     start: &Start,
@@ -384,13 +395,13 @@ fn judge(
         inferred +=
             area * corners.iter().filter(|&&v| merged.labels[v as usize] != MEASURED).count() as f64 / 3.0;
     }
-    let used = 1.0 - start.elsewhere;
+    let used = 1.0 - start.elsewhere - start.clutter;
     let squares: f64 = fit.global.iter().map(|w| w * w).sum();
     Verdict {
         grade: Grade::Good,
         reasons: Vec::new(),
         inlier_share: agreement.inliers,
-        outside_share: 1.0 - used * (1.0 - agreement.outside),
+        outside_share: start.elsewhere + used * agreement.outside,
         seen_rms: agreement.rms / f64::from(placed.pose.scale),
         inferred_share: inferred / f64::max(total, f64::MIN_POSITIVE),
         inferred_area: inferred,
@@ -400,6 +411,7 @@ fn judge(
             used * f64::from(fit.outcome.inliers) / start.points.points.len().max(1) as f64,
             start.runner_up,
         ],
+        exactness: exactness(model, start, fit),
         spread,
         expected,
     }

@@ -4,14 +4,22 @@ use super::depth_rows::DepthScan;
 use super::{Error, Options};
 use crate::mesh::{Mesh, Point};
 use crate::points::{OrientedPoints, PackedPoints, thin_scan, thin_to};
-use crate::register::{Placed, centred, refine_hint, register};
+use crate::register::{Placed, Registration, centred, refine_hint, register};
 use lacuna::cloud::CAPACITY;
+use lacuna::corners::Weights;
+use lacuna::cube::Cube;
+use lacuna::pose_row::steepness;
 use lacuna::{Model, pose_fit, sample};
 
 /// Points are this far apart, voxels; further where there would be more than [`CAPACITY`] of them.
 pub const CELL: f64 = 0.5;
 /// With fewer points than this on the model the pose is wrong: all are kept, so that the fit can tell.
 const FEWEST: usize = 60;
+/// Points farther from the shape fitted with the pose are clutter, class millimetres. The pose may still move: what the
+/// core leaves out of the hull lies farther than 8.
+const BESIDE: f32 = 12.0;
+/// Least share of the points where the model has something that lie near the shape, in a scan without much clutter.
+const CLEAN: f64 = 0.75;
 
 /// What is known of the pose beforehand.
 #[derive(Clone, Copy, Debug)]
@@ -30,6 +38,8 @@ pub struct Start {
     pub points: OrientedPoints,
     /// Share of the scan that has no points, because it is more than a device takes and lies where the model has nothing.
     pub elsewhere: f64,
+    /// Share of the scan that has no points, because most of the scan lies beside the shape, as this part does.
+    pub clutter: f64,
     /// Where the scan lies roughly, with the points' centre.
     pub rough: Placed,
     /// How well that is known.
@@ -48,8 +58,8 @@ impl Start {
 
     /// Takes the points anew from a scan.
     pub fn thin(&mut self, model: &Model<'_>, scan: &Mesh) {
-        let Thinned { points, elsewhere, rough } = thinned(model, scan, &self.rough, self.hint);
-        (self.points, self.elsewhere, self.rough) = (points, elsewhere, rough);
+        let Thinned { points, elsewhere, clutter, rough } = thinned(model, scan, &self.rough, self.hint);
+        (self.points, self.elsewhere, self.clutter, self.rough) = (points, elsewhere, clutter, rough);
     }
 }
 
@@ -59,8 +69,8 @@ impl Start {
 /// A scan that does not fit the model.
 pub fn start(model: &Model<'_>, scan: &Mesh, options: &Options<'_>) -> Result<Start, Error> {
     let (known, hint, runner_up) = place(model, scan, options)?;
-    let Thinned { points, elsewhere, rough } = thinned(model, scan, &known, hint);
-    Ok(Start { points, elsewhere, rough, hint, runner_up, depth: None })
+    let Thinned { points, elsewhere, clutter, rough } = thinned(model, scan, &known, hint);
+    Ok(Start { points, elsewhere, clutter, rough, hint, runner_up, depth: None })
 }
 
 /// The pose that is given or found, how well it is known, and the inlier share of the next best.
@@ -83,43 +93,65 @@ pub fn place(
 pub struct Thinned {
     /// Its points, centred.
     pub points: OrientedPoints,
-    /// Share of it that has no points.
+    /// Share of it that has no points, because it lies where the model has nothing.
     pub elsewhere: f64,
+    /// Share of it that has none because it lies beside the shape.
+    pub clutter: f64,
     /// Where they lie.
     pub rough: Placed,
 }
 
 /// The scan thinned for a pose. Of one that has more points than a device takes, those that lie where the model has
-/// nothing (shoulders, hair) go first: the fit has no use for them, and the others lie closer together.
+/// nothing (shoulders, hair) go first: the fit has no use for them, and the others lie closer together. Of one that is
+/// mostly clutter, what does not lie near the shape goes too: of the few points that the pose is estimated from on the
+/// device, few would be on the shape.
 pub fn thinned(model: &Model<'_>, scan: &Mesh, known: &Placed, hint: pose_fit::Hint) -> Thinned {
     let cell = CELL / f64::from(known.pose.scale);
     let all = thin_scan(scan, cell, |_| true);
+    let fitted = match hint {
+        pose_fit::Hint::Exact => None,
+        pose_fit::Hint::Rough => refine_hint(model, scan, known).ok(),
+    };
+    let settled = fitted.as_ref().map_or(*known, |fitted| fitted.placed);
+    let supported = |p: &Point| sample::far(model, voxels(&settled, p)).is_some();
+    let belongs = |p: &Point| fitted.as_ref().is_none_or(|fitted| belongs(model, fitted, p));
     let whole = all.points.len();
-    let (points, elsewhere) = if whole <= CAPACITY {
-        (all, 0.0)
+    let near: Vec<&Point> = all.points.iter().filter(|p| supported(p)).collect();
+    let on_it = near.iter().filter(|p| belongs(p)).count();
+    let share = |count: usize| count as f64 / whole.max(1) as f64;
+    let cluttered = (on_it as f64) < CLEAN * near.len() as f64;
+    let (points, elsewhere, clutter) = if cluttered && on_it >= FEWEST {
+        let kept = thin_to(scan, cell, CAPACITY, |p| supported(p) && belongs(p));
+        (kept, 1.0 - share(near.len()), share(near.len() - on_it))
+    } else if whole > CAPACITY && near.len() >= FEWEST {
+        (thin_to(scan, cell, CAPACITY, supported), 1.0 - share(near.len()), 0.0)
+    } else if whole > CAPACITY {
+        (thin_to(scan, cell, CAPACITY, |_| true), 0.0, 0.0)
     } else {
-        let settled = match hint {
-            pose_fit::Hint::Exact => *known,
-            pose_fit::Hint::Rough => refine_hint(model, scan, known).map_or(*known, |found| found.placed),
-        };
-        let place = |p: &Point| settled.to_model(p).coords.map(|c| c as f32).into();
-        let supported = |p: &Point| sample::far(model, place(p)).is_some();
-        let near = all.points.iter().filter(|p| supported(p)).count();
-        if near < FEWEST {
-            (thin_to(scan, cell, CAPACITY, |_| true), 0.0)
-        } else {
-            (thin_to(scan, cell, CAPACITY, supported), 1.0 - near as f64 / whole as f64)
-        }
+        (all, 0.0, 0.0)
     };
     let (centre, points) = centred(&points);
-    Thinned { points, elsewhere, rough: known.about(centre) }
+    Thinned { points, elsewhere, clutter, rough: known.about(centre) }
+}
+
+fn voxels(placed: &Placed, p: &Point) -> [f32; 3] {
+    placed.to_model(p).coords.map(|c| c as f32).into()
+}
+
+/// Whether a point lies near the shape that was fitted with the pose.
+fn belongs(model: &Model<'_>, fitted: &Registration, p: &Point) -> bool {
+    let weights = Weights::new(&fitted.shape);
+    let mut cube = Cube::new(model, &weights);
+    cube.find(voxels(&fitted.placed, p)).map(Cube::distance).is_some_and(|(distance, gradient)| {
+        distance.abs() <= BESIDE * model.header().scales.millimetre * steepness(gradient)
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::distance::Surface;
-    use crate::synth::Head;
+    use crate::synth::{Head, Surrounding};
     use lacuna::Pose;
 
     /// The pose in which the heads of the built-in class lie, moved by some voxels.
@@ -150,7 +182,31 @@ mod tests {
         };
         let on_head = kept.points.points.iter().filter(near).count();
         assert!(on_head * 10 > kept.points.points.len() * 9, "{on_head} of {}", kept.points.points.len());
+        assert_eq!(kept.clutter, 0.0, "a pose that is given is not looked into");
         let far = thinned(&model, &scan, &beside(&model, 900.0), exact);
         assert!(far.elsewhere == 0.0 && far.points.points.len() > CAPACITY / 2);
+    }
+
+    #[test]
+    fn of_a_scan_that_is_mostly_clutter_the_points_on_the_shape_are_kept() {
+        let model = Model::from_bytes(lacuna_fixtures::MODEL).expect("the built-in model");
+        let head = Head::sample(1, 1001).mesh();
+        let mut scan = head.clone();
+        let bounds = head.bounds().expect("a head");
+        for thing in [Surrounding::Hair, Surrounding::Collar, Surrounding::Table] {
+            scan.append(&thing.mesh(bounds, 1));
+        }
+        let thinned = |scan: &Mesh| thinned(&model, scan, &beside(&model, 2.0), pose_fit::Hint::Rough);
+        let (alone, among) = (thinned(&head), thinned(&scan));
+        assert_eq!(alone.clutter, 0.0);
+        let near = 1.0 - among.elsewhere;
+        assert!(among.clutter > 0.25 * near, "{} of {near}", among.clutter);
+        let surface = Surface::new(&head).expect("a surface");
+        let centre = among.rough.centre.coords;
+        let on_head = |p: &&Point| surface.distance(&(*p + centre), 20.0).is_some();
+        let (count, on_head) =
+            (among.points.points.len(), among.points.points.iter().filter(on_head).count());
+        assert!(on_head * 10 > count * 9, "{on_head} of {count}");
+        assert!(count * 10 > alone.points.points.len() * 9, "{count} of {}", alone.points.points.len());
     }
 }

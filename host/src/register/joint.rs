@@ -98,7 +98,7 @@ pub(super) fn refine(
 
 /// Share of points that lie on the fitted surface and face its way; and the mean of (1 - (r / τ)²)² over all points, of
 /// their distances r within the gate τ: a face lies on its own surface exactly, and a shock of hair on a face does not.
-fn agreement(model: &Model<'_>, cloud: Cloud<'_>, pose: &Pose, weights: &Weights) -> (f64, f64) {
+pub fn agreement(model: &Model<'_>, cloud: Cloud<'_>, pose: &Pose, weights: &Weights) -> (f64, f64) {
     let gate = INLIER * model.header().scales.millimetre;
     let mut cube = Cube::new(model, weights);
     let (mut inliers, mut sum) = (0usize, 0.0);

@@ -8,8 +8,10 @@
 pub mod head;
 mod random;
 pub mod scanner;
+pub mod surroundings;
 mod tessellate;
 
 pub use head::Head;
 pub use random::Random;
-pub use scanner::{Kind, Scan, Settings as ScannerSettings, UNITS_PER_MM, View, scan};
+pub use scanner::{Kind, Scan, Settings as ScannerSettings, UNITS_PER_MM, View, scan, scan_among};
+pub use surroundings::Surrounding;

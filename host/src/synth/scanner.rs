@@ -118,13 +118,20 @@ pub struct Scan {
 /// Scans `truth` (model frame, millimetres). The same seed gives the same scan, whatever the
 /// number of threads. A mesh without triangles gives an empty scan.
 pub fn scan(truth: &Mesh, kind: Kind, settings: &Settings, seed: u64) -> Scan {
+    scan_among(truth, &Mesh::default(), kind, settings, seed)
+}
+
+/// Scans `truth` among other things, which are seen with it and hide parts of it.
+pub fn scan_among(truth: &Mesh, others: &Mesh, kind: Kind, settings: &Settings, seed: u64) -> Scan {
     let mut random = Random::new(seed, 0);
     let pose = pose(&mut random);
-    let (bvh, normals, spots) = (Bvh::new(truth), truth.vertex_normals(), Spots::new(truth, &mut random));
+    let mut all = truth.clone();
+    all.append(others);
+    let (bvh, normals, spots) = (Bvh::new(&all), all.vertex_normals(), Spots::new(truth, &mut random));
     let middle = truth.bounds().map_or_else(Point::origin, |(low, high)| nalgebra::center(&low, &high));
     let mut view = |(yaw_deg, stream): (f64, u64)| {
         let camera = Camera::looking(middle, yaw_deg, settings.size, &mut random);
-        let scene = Scene { mesh: truth, normals: &normals, bvh: &bvh, camera: &camera, spots: &spots };
+        let scene = Scene { mesh: &all, normals: &normals, bvh: &bvh, camera: &camera, spots: &spots };
         let depths = Depths::measure(&scene, settings, seed, stream << 32);
         let off = if stream == 1 { Isometry3::identity() } else { misplaced(middle, settings, seed, stream) };
         view_of(&camera, &depths, &(pose * off))
