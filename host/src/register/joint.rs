@@ -56,7 +56,7 @@ pub fn settled(
 }
 
 /// The numbers of the points that may belong to the class in a pose.
-fn near(field: &Field, points: &OrientedPoints, pose: &Pose) -> Vec<usize> {
+pub fn near(field: &Field, points: &OrientedPoints, pose: &Pose) -> Vec<usize> {
     let near = |p: &Point| {
         let read = field.at(pose.apply(p.coords.map(|c| c as f32).into()));
         read.is_some_and(|(distance, _)| distance.abs() < NEARBY * field.millimetre as f32)

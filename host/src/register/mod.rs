@@ -1,7 +1,8 @@
 //! Registration: where the scan lies in the model's frame, without a hint.
 //!
-//! Tables and walls are left out ([`planes`]). Coarse search over point pairs, then every candidate is refined by the core's joint estimate of pose and
-//! shape, and the one that explains most of the scan wins. A search whose winner does not convince draws more pairs.
+//! Tables and walls are left out ([`planes`]). Coarse search over point pairs, then every candidate is refined by the core's
+//! joint estimate of pose and shape, and the one that explains most of the scan wins. A search whose winner does not convince
+//! draws more pairs, and among much clutter other sizes are tried ([`resize`]).
 
 pub mod field;
 pub mod icp;
@@ -10,6 +11,7 @@ pub mod pairs;
 pub mod planes;
 pub mod probe;
 pub mod rank;
+pub mod resize;
 pub mod search;
 
 use crate::check::size;
@@ -22,8 +24,9 @@ use joint::{refine, refined, settled};
 use lacuna::pose_fit::Round;
 use lacuna::{Model, Pose};
 use planes::without_planes;
-use rank::{Scored, convincing, finals, next_best, possible};
+use rank::{Scored, by_what_they_explain, convincing, finals, next_best, possible};
 use rayon::prelude::*;
+use resize::resized;
 use search::{Effort, Search};
 
 /// A scan's place in the model: q = pose(p - centre), in voxels.
@@ -176,7 +179,7 @@ pub fn register(model: &Model<'_>, scan: &Mesh, seed: u64) -> Result<Registratio
     for (turn, effort) in EFFORTS.into_iter().enumerate() {
         ranked.extend(refined(model, &field, points, &search.candidates(turn as u64, effort)));
         ranked = possible(ranked);
-        ranked.sort_by(|a, b| b.explained.total_cmp(&a.explained));
+        ranked.sort_by(by_what_they_explain);
         if convincing(&field, &ranked) {
             break;
         }
@@ -185,7 +188,8 @@ pub fn register(model: &Model<'_>, scan: &Mesh, seed: u64) -> Result<Registratio
     // One that drifts off the model on the way leaves the others.
     let finals = finals.par_iter().map(|other| settled(model, &field, points, other.pose).ok());
     let mut finals = possible(finals.flatten().collect());
-    finals.sort_by(|a, b| b.explained.total_cmp(&a.explained));
+    finals.sort_by(by_what_they_explain);
+    let finals = resized(model, &field, points, finals);
     let Some((best, others)) = finals.split_first() else { return Err(Error::NoMatch) };
     let runner_up = next_best(&field, best, others.iter().chain(&rest));
     Ok(prepared.registration(best.clone(), runner_up))

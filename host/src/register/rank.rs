@@ -4,6 +4,7 @@ use super::Placed;
 use super::field::Field;
 use crate::mesh::Point;
 use lacuna::Pose;
+use std::cmp::Ordering;
 use std::ops::Range;
 
 /// Sizes of a scan in terms of the class's that the search can find (25 % either way) with some room.
@@ -23,6 +24,11 @@ pub struct Scored {
     pub size: f64,
     /// Weights of the shape found with it, standard deviations.
     pub shape: Vec<f32>,
+}
+
+/// An order of poses, best first.
+pub fn by_what_they_explain(a: &Scored, b: &Scored) -> Ordering {
+    b.explained.total_cmp(&a.explained)
 }
 
 /// A pose that explains so much, when the next best explains at most so much of that, needs no longer search.
