@@ -76,6 +76,26 @@ fn pure_model_surfaces_are_written_on_request() {
 }
 
 #[test]
+fn heads_are_scanned_among_hair_and_clothes_and_with_more_noise() {
+    let folder = tempdir().unwrap();
+    let path = folder.path();
+    let base = ["synth", "scan", "scan", "--view", "stitched", "--small", "--json"];
+    let points = |more: &[&str]| {
+        let info = json(path, &[base.as_slice(), more].concat());
+        (info["with"].clone(), lacuna_host::io::read(&path.join("scan/points.ply")).unwrap().points)
+    };
+    let ((none, alone), (with, among)) = (points(&[]), points(&["--with", "hair,collar,table"]));
+    assert_eq!((none, with), (serde_json::json!([]), serde_json::json!(["hair", "collar", "table"])));
+    assert!(among.len() > alone.len() + alone.len() / 5, "{} {}", among.len(), alone.len());
+    assert_ne!(points(&["--noise", "1"]).1, alone);
+    for bad in [["--with", "hat"], ["--noise", "-1"], ["--noise", "NaN"]] {
+        let output = lacuna(path, &[base.as_slice(), &bad].concat());
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(2) && text.contains(bad[0]), "{text}");
+    }
+}
+
+#[test]
 fn a_mesh_of_the_users_is_scanned_as_a_head_is() {
     let folder = tempdir().unwrap();
     let path = folder.path();

@@ -70,7 +70,7 @@ struct OneScan {
     #[arg(long)]
     small: bool,
     /// Deviation of the noise of each pixel, mm; no pixel hears of its neighbours
-    #[arg(long, default_value_t = ScannerSettings::default().noise_mm, value_parser = noise)]
+    #[arg(long, default_value_t = ScannerSettings::default().noise_mm, value_parser = noise, allow_negative_numbers = true)]
     noise: f64,
     /// What is scanned along with it, separated by commas
     #[arg(long, value_enum, value_delimiter = ',')]
