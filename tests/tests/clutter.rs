@@ -11,6 +11,7 @@ use lacuna_host::mesh::{Mesh, Point};
 use lacuna_host::register::Placed;
 use lacuna_host::synth::{Head, Kind, Scan, ScannerSettings, Surrounding, scan};
 use lacuna_tests::program::{json, succeeds};
+use lacuna_tests::registration::{Difference, similarity_of};
 use lacuna_tests::{model, real_data, voxel_pose};
 use tempfile::tempdir;
 
@@ -88,19 +89,16 @@ fn a_head_among_hair_and_clothes_is_completed_in_its_pose() {
     let (head, scan) = sample();
     let clean = in_head_frame(&scan);
     let bounds = head.bounds().expect("a head");
+    let truth = similarity_of(&Placed { centre: Point::origin(), pose: exact_pose() });
     for seed in [1, 3] {
         let mut scene = clean.clone();
         for thing in [Surrounding::Table, Surrounding::Hair, Surrounding::Collar] {
             scene.append(&thing.mesh(bounds, seed));
         }
         let found = completed(&scene, None);
-        let rotation = found.placed.pose.rotation.as_flattened().iter();
-        let trace: f32 = rotation.zip(exact_pose().rotation.as_flattened()).map(|(a, b)| a * b).sum();
-        let degrees = ((trace - 1.0) / 2.0).acos().to_degrees();
-        println!("seed {seed}: {degrees:.2} degrees, {:?}", found.verdict);
-        assert!(degrees < 2.0, "seed {seed}: {degrees} degrees");
-        let scale = found.verdict.scale;
-        assert!((scale - 1.0).abs() < 0.12, "seed {seed}: {scale} times as large");
+        let off = Difference::between(&similarity_of(&found.placed), &truth, &model());
+        println!("seed {seed}: {off:?}, {:?}", found.verdict);
+        assert!(off.degrees < 2.0 && off.growth.abs() < 0.12, "seed {seed}: {off:?}");
         assert_eq!(found.verdict.grade, Grade::Check, "{:?}", found.verdict.reasons);
     }
 }

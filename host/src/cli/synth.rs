@@ -69,7 +69,7 @@ struct OneScan {
     /// 320 x 240 pixels instead of 640 x 480
     #[arg(long)]
     small: bool,
-    /// Deviation of the noise of each pixel, mm; no pixel hears of its neighbours
+    /// Deviation of the noise that each pixel has of its own, mm
     #[arg(long, default_value_t = ScannerSettings::default().noise_mm, value_parser = noise, allow_negative_numbers = true)]
     noise: f64,
     /// What is scanned along with it, separated by commas
