@@ -11,7 +11,7 @@ mod ray;
 mod tests;
 mod triangle;
 
-use crate::mesh::{Mesh, Point};
+use crate::mesh::{Mesh, Point, Vector};
 use node::{Child, Node, Query, Stack};
 use triangle::Triangle;
 
@@ -43,6 +43,8 @@ pub struct Hit {
 /// Bounding box tree over the triangles of a mesh. It copies what it needs of the mesh.
 #[derive(Clone, Debug, Default)]
 pub struct Bvh {
+    /// Subtracted from all places, for boxes are in single precision; zero where that suffices.
+    origin: Vector,
     nodes: Vec<Node>,
     leaves: Vec<Triangle>,
 }
@@ -50,15 +52,18 @@ pub struct Bvh {
 impl Bvh {
     /// Builds the tree: about 1 us a triangle. A mesh without triangles is allowed and is never hit.
     pub fn new(mesh: &Mesh) -> Self {
-        let corners: Vec<_> = (0..mesh.triangles.len()).map(|i| mesh.corners(i)).collect();
+        let origin = origin(mesh);
+        let corners: Vec<_> =
+            (0..mesh.triangles.len()).map(|i| mesh.corners(i).map(|corner| corner - origin)).collect();
         let (nodes, order) = build::build(&corners);
         let leaves = order.iter().map(|&i| Triangle::new(corners[i as usize], i)).collect();
-        Self { nodes, leaves }
+        Self { origin, nodes, leaves }
     }
 
     /// The point of the surface closest to `p`, if one lies within `max_distance` (inclusive; may be
     /// infinite). The smaller `max_distance`, the faster the answer.
     pub fn closest(&self, p: &Point, max_distance: f64) -> Option<Hit> {
+        let p = &(p - self.origin);
         let query = Query::new(p);
         let mut best = None;
         let mut limit = max_distance * max_distance;
@@ -75,6 +80,16 @@ impl Bvh {
                 }
             }
         }
-        best
+        best.map(|hit: Hit| Hit { point: hit.point + self.origin, ..hit })
     }
+}
+
+/// Farther from 0 0 0 than this, in lengths of the mesh, its places are centred.
+const FAR: f64 = 100.0;
+
+/// The middle of a mesh that lies far from 0 0 0: as maps have it, in coordinates of millions of metres.
+fn origin(mesh: &Mesh) -> Vector {
+    let Some((low, high)) = mesh.bounds() else { return Vector::zeros() };
+    let middle = nalgebra::center(&low, &high).coords;
+    if middle.amax() > FAR * (high - low).amax() { middle } else { Vector::zeros() }
 }

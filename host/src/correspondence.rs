@@ -2,7 +2,7 @@
 //! that share their connectivity. It is the baseline of figure 2.
 
 use crate::mesh::{Mesh, Point};
-use crate::register::icp::similarity;
+use crate::register::umeyama::similarity;
 use nalgebra::{DMatrix, DVector, Similarity3, SymmetricEigen};
 
 /// Modes with less than this share of the strongest one's variance are rounding, not shape.

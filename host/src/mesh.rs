@@ -40,7 +40,8 @@ impl Mesh {
 
     /// Area of all triangles.
     pub fn area(&self) -> f64 {
-        (0..self.triangles.len()).map(|t| self.area_of(t)).sum()
+        // Plus 0: the sum of nothing is -0.
+        (0..self.triangles.len()).map(|t| self.area_of(t)).sum::<f64>() + 0.0
     }
 
     /// Smallest and largest coordinates over all vertices; `None` for an empty mesh.
@@ -57,12 +58,17 @@ impl Mesh {
         self.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + offset)));
     }
 
-    /// Unit normals of the vertices: those of the file, or else the normalised sum of the
-    /// area-weighted normals of the adjacent triangles (zero for a vertex without any).
+    /// Unit normals of the vertices: those of the file, or else [`Mesh::normals_of_triangles`].
     pub fn vertex_normals(&self) -> Vec<Vector> {
         if self.normals.len() == self.points.len() {
             return self.normals.clone();
         }
+        self.normals_of_triangles()
+    }
+
+    /// Unit normals of the vertices: the normalised sum of the area-weighted normals of the adjacent triangles; zero for a
+    /// vertex without any.
+    pub fn normals_of_triangles(&self) -> Vec<Vector> {
         let mut sums = vec![Vector::zeros(); self.points.len()];
         for (index, triangle) in self.triangles.iter().enumerate() {
             let [a, b, c] = self.corners(index);

@@ -7,7 +7,7 @@
 
 use lacuna_host::io;
 use lacuna_host::mesh::{Mesh, Point};
-use lacuna_host::register::icp::similarity;
+use lacuna_host::register::umeyama::similarity;
 use lacuna_host::train::align::{Align, align};
 use lacuna_tests::real_data;
 use lacuna_tests::registration::deviations;

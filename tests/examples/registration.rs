@@ -12,7 +12,7 @@ use lacuna_host::fit::dense;
 use lacuna_host::io;
 use lacuna_host::mesh::{Mesh, Point};
 use lacuna_host::quantile::median;
-use lacuna_host::register::icp::similarity;
+use lacuna_host::register::umeyama::similarity;
 use lacuna_host::register::{refine_hint, register};
 use lacuna_host::surface::{Volume, marching_cubes};
 use lacuna_tests::real_data;

@@ -7,6 +7,7 @@ use lacuna::wire::message::{Begin, Hint, Iterations, MAX_BATCH};
 use lacuna::{Fixed, Model, Reach};
 use lacuna_host::complete::Start;
 use lacuna_host::complete::depth_rows::DepthImage;
+use lacuna_host::complete::start::{Known, Thinned};
 use lacuna_host::device::Scan;
 use lacuna_host::fit::{Digests, fit};
 use lacuna_host::io::depth::DepthView;
@@ -59,15 +60,9 @@ pub fn small_depth() -> &'static Small {
             Settings { reach: Reach::of(&model), rounds: &ROUNDS, schedule: default_schedule(&model) };
         let digests = fit::<Fixed>(&model, packed, &rough.pose, settings).expect("the small case").digests;
         let points = OrientedPoints::default();
-        let start = Start {
-            hint: Hint::Rough,
-            points,
-            elsewhere: 0.0,
-            clutter: 0.0,
-            rough,
-            runner_up: 0.0,
-            depth: Some(depth),
-        };
+        let thinned = Thinned { points, elsewhere: 0.0, clutter: 0.0, rough };
+        let known = Known { placed: rough, hint: Hint::Rough, fitted: None, runner_up: 0.0 };
+        let start = Start { thinned, known, depth: Some(depth) };
         Small { scan: Scan::new(&start, Iterations::Varying), digests, model: file }
     })
 }

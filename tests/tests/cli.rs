@@ -96,6 +96,17 @@ fn heads_are_scanned_among_hair_and_clothes_and_with_more_noise() {
 }
 
 #[test]
+fn numbers_that_no_head_has_are_refused() {
+    let folder = tempdir().unwrap();
+    for wrong in
+        [["--first", "18446744073709551615"], ["--relief", "300"], ["--relief", "-1"], ["--relief", "nan"]]
+    {
+        let output = lacuna(folder.path(), &[&["synth", "heads", "a", "-c", "1"][..], &wrong].concat());
+        assert_eq!(output.status.code(), Some(2), "{wrong:?}: {output:?}");
+    }
+}
+
+#[test]
 fn a_mesh_of_the_users_is_scanned_as_a_head_is() {
     let folder = tempdir().unwrap();
     let path = folder.path();

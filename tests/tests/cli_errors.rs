@@ -1,7 +1,8 @@
 //! What the program does with data it cannot use: a sentence that names the file, exit code 1, no file left.
 
 use lacuna_host::io::{Format, PlyOut, parse, write_ply};
-use lacuna_tests::program::{files, lacuna, refuses};
+use lacuna_host::mesh::Vector;
+use lacuna_tests::program::{files, json, lacuna, path, refuses};
 use std::path::Path;
 use tempfile::{TempDir, tempdir};
 
@@ -122,6 +123,27 @@ fn the_unit_asked_for_is_accepted() {
     let mesh = lacuna_host::io::read(&folder.path().join("completed.ply")).unwrap();
     let (low, high) = mesh.bounds().unwrap();
     assert!((high - low).max() < 1.0, "the result is in the scan's unit");
+    let found = json(folder.path(), &["register", "scan.ply", "--unit", "m", "--json"]);
+    let first = |row: usize| found["scan_to_model"][row][0].as_f64().unwrap();
+    let scale = (0..3).map(|row| first(row) * first(row)).sum::<f64>().sqrt();
+    assert!((scale / 1000.0 - 1.0).abs() < 0.3, "the matrix is for the file as it is: {scale}");
+    std::fs::write(folder.path().join("pose.json"), found["scan_to_model"].to_string()).unwrap();
+    let hinted =
+        ["complete", "scan.ply", "--unit", "m", "--no-picture", "--pose-hint", "pose.json", "--json"];
+    assert_eq!(json(folder.path(), &hinted)["verdict"]["grade"], "good");
+}
+
+#[test]
+fn a_scan_millions_of_its_lengths_away_is_completed() {
+    let folder = tempdir().unwrap();
+    let mut mesh = parse(Format::Ply, lacuna_fixtures::SCAN).unwrap();
+    mesh.points.iter_mut().for_each(|p| *p += Vector::new(4e8, -5e9, 1e8));
+    let vertices: Vec<String> = mesh.points.iter().map(|p| format!("v {} {} {}", p.x, p.y, p.z)).collect();
+    let faces = mesh.triangles.iter().map(|t| t.map(|v| (v + 1).to_string()).join(" "));
+    let faces: Vec<String> = faces.map(|corners| format!("f {corners}")).collect();
+    std::fs::write(folder.path().join("scan.obj"), [vertices, faces].concat().join("\n")).unwrap();
+    let said = json(folder.path(), &["complete", "scan.obj", "--no-picture", "--json"]);
+    assert_eq!(said["verdict"]["grade"], "good", "{said}");
 }
 
 #[test]
@@ -140,6 +162,16 @@ fn a_full_disk_is_told() {
     let folder = tempdir().unwrap();
     let complaint = refuses(folder.path(), &["complete", "--no-picture", "-o", "/dev/full"]);
     assert_says(&complaint, &["/dev/full", "full"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_told_of_what_is_printed_too() {
+    let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+    let output =
+        std::process::Command::new(path()).args(["inspect", "--json"]).stdout(full).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert_says(&String::from_utf8_lossy(&output.stderr), &["standard output"]);
 }
 
 #[test]
@@ -173,4 +205,28 @@ fn nothing_that_is_read_is_overwritten_and_no_result_by_another_one() {
     }
     let null = lacuna(folder.path(), &["complete", "scan.ply", "-o", "/dev/null"]);
     assert!(null.status.success(), "{null:?}");
+}
+
+#[test]
+fn images_that_a_description_names_poses_and_meshes_to_be_scanned_are_not_overwritten() {
+    let folder = tempdir().unwrap();
+    assert!(lacuna(folder.path(), &["synth", "scan", "a", "--small"]).status.success());
+    let kept = |name: &str| std::fs::read(folder.path().join("a").join(name)).unwrap();
+    let before = ["depth.png", "scan.json", "mesh.ply", "truth.ply"].map(kept);
+    std::fs::copy(folder.path().join("a/scan.json"), folder.path().join("pose.ply")).unwrap();
+    let wrong: [&[&str]; 7] = [
+        &["complete", "a/scan.json", "-o", "a/depth.ply"],
+        &["complete", "a", "-o", "x.ply", "-p", "a/depth.png"],
+        &["complete", "a/depth.png", "-o", "x.ply", "-p", "a/depth.png"],
+        &["complete", "a", "--pose-hint", "pose.ply", "-o", "pose.ply"],
+        &["complete", "a", "--pose", "pose.ply", "-o", "pose.ply"],
+        &["synth", "scan", "a", "--mesh", "a/mesh.ply"],
+        &["synth", "scan", "a", "--mesh", "a/truth.ply"],
+    ];
+    for arguments in wrong {
+        let output = lacuna(folder.path(), arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {output:?}");
+        assert_eq!(["depth.png", "scan.json", "mesh.ply", "truth.ply"].map(kept), before, "{arguments:?}");
+        assert_eq!(std::fs::read(folder.path().join("pose.ply")).unwrap(), before[1]);
+    }
 }

@@ -32,9 +32,9 @@ fn fitted(model: &Model<'_>, sample: &Sample, exact: Placed) -> lacuna::Pose {
         rounds: Hint::Exact.rounds(model),
         schedule,
     };
-    let begun = start.rough.pose;
+    let begun = start.thinned.rough.pose;
     let found = fit::<lacuna::Fixed>(model, &start.packed(), &begun, settings).expect("a fit").outcome.pose;
-    assert_eq!(start.hint, Hint::Exact);
+    assert_eq!(start.known.hint, Hint::Exact);
     lacuna::Pose {
         translation: std::array::from_fn(|a| found.translation[a] - begun.translation[a]),
         ..found

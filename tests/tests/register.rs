@@ -181,12 +181,12 @@ fn a_table_hair_and_a_collar_do_not_hide_a_head() {
             for with in scenes {
                 let scene = scan.in_a_scene(&model, with).moved(&model, turn, size);
                 let found = scene.registered(&model);
-                let off = scene.off(&model, &found);
+                let off = Difference::between(&similarity_of(&found.placed), &scene.to_model, &model);
                 println!(
                     "{number} {with:?}: {off:?}, inliers {:.3}, next {:.3}",
                     found.inliers, found.runner_up
                 );
-                assert!(off.degrees < 5.0 && off.millimetres < 15.0, "head {number}, {with:?}: {off:?}");
+                assert!(off.degrees < 5.0 && off.growth.abs() < 0.1, "head {number}, {with:?}: {off:?}");
             }
         }
     }

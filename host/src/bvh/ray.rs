@@ -12,7 +12,7 @@ impl Bvh {
     /// First hit of the ray `origin + t direction`, `0 <= t <= max`: `t` and the triangle.
     /// `direction` need not have length one; `t` counts in its length.
     pub fn cast(&self, origin: &Point, direction: &Vector, max: f64) -> Option<(f64, u32)> {
-        let ray = Ray::new(origin, direction);
+        let ray = Ray::new(&(origin - self.origin), direction);
         let mut best: Option<(f64, u32)> = None;
         self.visit(&ray, max, |t, triangle, limit| {
             if t < *limit || t == *limit && best.is_none_or(|b| triangle < b.1) {
@@ -25,7 +25,7 @@ impl Bvh {
 
     /// Whether a triangle lies between `origin` and `target`; the ends may lie on the surface.
     pub fn occluded(&self, origin: &Point, target: &Point) -> bool {
-        let ray = Ray::new(origin, &(target - origin));
+        let ray = Ray::new(&(origin - self.origin), &(target - origin));
         let mut hidden = false;
         self.visit(&ray, 1.0 - MARGIN, |t, _, limit| {
             if t > MARGIN && t <= *limit {

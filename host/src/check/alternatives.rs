@@ -54,23 +54,23 @@ impl Alternative {
     }
 }
 
-/// What would make a scan fit, if it is doubtful whether it does in the pose that was found: `inliers` of it explained, `size`
-/// times as large as the class. As a sentence; none if nothing would, or if it fits.
-pub fn advice(model: &Model<'_>, scan: &Mesh, seed: u64, (inliers, size): (f64, f64)) -> Option<String> {
-    let inliers = explained(inliers, size);
-    if inliers >= DOUBTFUL {
+/// What would make a scan fit, if it is doubtful whether it does in the pose that was found: so much of it `explained`, tables
+/// and walls aside, and `size` times as large as the class. As a sentence; none if nothing would, or if it fits.
+pub fn advice(model: &Model<'_>, scan: &Mesh, seed: u64, (explained, size): (f64, f64)) -> Option<String> {
+    let before = in_a_possible_size(explained, size);
+    if before >= DOUBTFUL {
         return None;
     }
     [Alternative::Flipped, Alternative::Mirrored, Alternative::Reversed].into_iter().find_map(|alternative| {
         let found = register::register(model, &alternative.of(scan), seed).ok()?;
-        let share = explained(found.inliers, found.placed.size(model));
-        let convinces = share >= CONVINCING[0] && share >= inliers + CONVINCING[1];
+        let after = in_a_possible_size(found.explained(), found.placed.size(model));
+        let convinces = after >= CONVINCING[0] && after >= before + CONVINCING[1];
         convinces.then(|| {
             format!(
                 "{} ({:.0} instead of {:.0} % of it, in a possible size)",
                 alternative.advice(),
-                100.0 * share,
-                100.0 * inliers
+                100.0 * after,
+                100.0 * before
             )
         })
     })
@@ -78,6 +78,6 @@ pub fn advice(model: &Model<'_>, scan: &Mesh, seed: u64, (inliers, size): (f64, 
 
 /// What a pose explains of a scan, which is nothing in an impossible size: a shape of many times the size explains a scan
 /// that is inside out.
-fn explained(inliers: f64, size: f64) -> f64 {
-    if SIZES.contains(&size) { inliers } else { 0.0 }
+fn in_a_possible_size(explained: f64, size: f64) -> f64 {
+    if SIZES.contains(&size) { explained } else { 0.0 }
 }

@@ -17,9 +17,18 @@ pub fn of_model(model: &Model<'_>) -> f64 {
     Field::of_model(model).size * f64::from(model.header().spacing)
 }
 
-/// Longest side of a mesh.
+/// Share of the points that may lie anywhere, at either end of each axis: a speck some metres away is left out later.
+const STRAY: f64 = 0.002;
+
+/// Longest side of a mesh, stray points aside.
 pub fn of_mesh(mesh: &Mesh) -> f64 {
-    mesh.bounds().map_or(0.0, |(low, high)| (high - low).max())
+    let stray = (STRAY * mesh.points.len() as f64) as usize;
+    let side = |axis: usize| {
+        let mut along: Vec<f64> = mesh.points.iter().map(|p| p[axis]).collect();
+        along.sort_unstable_by(f64::total_cmp);
+        along.len().checked_sub(stray + 1).map_or(0.0, |last| along[last] - along[stray])
+    };
+    [0, 1, 2].map(side).into_iter().fold(0.0, f64::max)
 }
 
 /// Refuses a scan that cannot be of the model's size in the model's unit, and offers the unit in which it would.
@@ -64,4 +73,24 @@ pub fn unit_of(ratio: f64, own: Unit) -> Option<String> {
         Some(unit) => format!("{fits} give --unit {}, or convert it", unit::symbol(unit)),
         None => format!("{fits} convert it to millimetres"),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Point;
+
+    #[test]
+    fn a_few_stray_points_do_not_make_a_scan_longer() {
+        let mut scan = Mesh {
+            points: (0..1000).map(|i| Point::new(0.0, f64::from(i), 0.0)).collect(),
+            ..Mesh::default()
+        };
+        assert_eq!(of_mesh(&scan), 995.0, "two at either end may be stray");
+        scan.points[500] = Point::new(-9e9, 0.0, 9e9);
+        assert_eq!(of_mesh(&scan), 995.0);
+        scan.points.truncate(3);
+        assert_eq!(of_mesh(&scan), 2.0);
+        assert_eq!(of_mesh(&Mesh::default()), 0.0);
+    }
 }

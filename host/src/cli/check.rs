@@ -115,10 +115,10 @@ impl Check {
             Ok(found) => {
                 let note = |text| Finding { severity: Severity::Note, text };
                 let scale = found.placed.size(model);
-                let odd = verdict::scene(found.inliers).into_iter().chain(verdict::size(scale));
+                let odd = verdict::of_pose(&found, scale);
                 let finding = |(grade, text)| if grade == Grade::Reject { refused(text) } else { note(text) };
                 checked.findings.extend(odd.map(finding));
-                let advice = alternatives::advice(model, &scan, self.seed, (found.inliers, scale));
+                let advice = alternatives::advice(model, &scan, self.seed, (found.explained(), scale));
                 checked.findings.extend(advice.map(note));
                 Some(found.inliers)
             }

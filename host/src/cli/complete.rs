@@ -107,20 +107,21 @@ impl Complete {
     fn advise(&self, model: &Model<'_>, completion: &mut Completion) {
         let verdict = &mut completion.verdict;
         if verdict.grade == Grade::Reject && self.pose.is_none() && self.pose_hint.is_none() {
-            let [inliers, runner_up] = verdict.pose_inliers;
+            let explained = verdict.explained();
             verdict.reasons.extend(alternatives::advice(
                 model,
                 &completion.scan,
                 self.subject.seed,
-                (inliers.max(runner_up), verdict.scale),
+                (explained, verdict.scale),
             ));
         }
     }
 
     fn options(&self, model: &Model<'_>) -> Result<Options<'static>, Failure> {
+        let factor = self.subject.factor(model);
         let hint = match (&self.pose, &self.pose_hint) {
-            (Some(pose), _) => Hint::Exact(inputs::pose(pose, model)?),
-            (None, Some(pose)) => Hint::Rough(inputs::pose(pose, model)?),
+            (Some(pose), _) => Hint::Exact(inputs::pose(pose, model, factor)?),
+            (None, Some(pose)) => Hint::Rough(inputs::pose(pose, model, factor)?),
             (None, None) => Hint::None,
         };
         let schedule = if self.momentum { Schedule::with_momentum(model) } else { Schedule::of(model) };
@@ -141,7 +142,9 @@ impl Complete {
         let files = files.into_iter().filter_map(|(option, path, format)| Some((option, path?, format)));
         let files: Vec<Output<'_>> =
             files.map(|(option, path, format)| Output { option, path, format }).collect();
-        outputs::check(&[self.subject.scan.as_deref(), self.subject.model.as_deref()], &files)?;
+        let mut read = self.subject.files();
+        read.extend(self.pose.iter().chain(&self.pose_hint).map(PathBuf::from));
+        outputs::check(&read, &files)?;
         for Output { path, .. } in files {
             let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
             if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
@@ -236,7 +239,7 @@ impl Complete {
         let subject = report::Subject {
             scan: &self.subject.name(),
             original: scan,
-            scan_to_model: inputs::matrix(&completion.placed, model),
+            scan_to_model: inputs::matrix(&completion.placed, model, self.subject.factor(model)),
             settings: &settings,
             command: &report::command_line(),
         };
@@ -265,7 +268,7 @@ impl Complete {
             measured_vertices: measured,
             specks_removed: completion.specks,
             noise: completion.noise,
-            scan_to_model: inputs::matrix(&completion.placed, model),
+            scan_to_model: inputs::matrix(&completion.placed, model, self.subject.factor(model)),
             verdict: &completion.verdict,
             clutter: Clutter::of(completion, self.keep_clutter),
             expected_error: ExpectedError::of(completion, model),

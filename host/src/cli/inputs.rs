@@ -82,6 +82,15 @@ impl Subject {
         DepthImage::new(view, self.factor(model)).map_err(|what| format!("{}: {what}", path.display()).into())
     }
 
+    /// The files that are read.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let scan = self.scan.iter().flat_map(|path| match io::depth::is_depth(path) {
+            true => io::depth::files(path),
+            false => vec![path.clone()],
+        });
+        scan.chain(self.model.clone()).collect()
+    }
+
     /// What the scan is called in reports.
     pub fn name(&self) -> String {
         self.scan.as_ref().map_or("example".into(), |path| path.display().to_string())
@@ -151,10 +160,11 @@ pub fn scaled(mut mesh: Mesh, factor: f64) -> Mesh {
 }
 
 /// A pose file: a JSON array of four rows of four, scan to model, or an object with it as `scan_to_model`;
-/// `identity` stands for a scan that is in the model's frame.
-pub fn pose(text: &str, model: &Model<'_>) -> Result<Placed, Failure> {
-    let matrix = if text == "identity" { Matrix4::identity() } else { read_matrix(Path::new(text))? };
-    let columns = matrix.fixed_view::<3, 3>(0, 0).into_owned();
+/// `identity` stands for a scan that is in the model's frame. A unit of the scan is `factor` of the model's.
+pub fn pose(text: &str, model: &Model<'_>, factor: f64) -> Result<Placed, Failure> {
+    let matrix =
+        if text == "identity" { Matrix4::identity() * factor } else { read_matrix(Path::new(text))? };
+    let columns = matrix.fixed_view::<3, 3>(0, 0) / factor;
     let scale = columns.determinant().cbrt();
     let rotation = columns / scale;
     let error = (rotation * rotation.transpose() - nalgebra::Matrix3::identity()).norm();
@@ -164,7 +174,7 @@ pub fn pose(text: &str, model: &Model<'_>) -> Result<Placed, Failure> {
     if !(1.0 / size::LIMIT..=size::LIMIT).contains(&scale) {
         return Err(format!(
             "{text}: the matrix makes the scan {scale:.4e} times as large, a model's scans differ from it by at most a \
-             factor of {}: is the matrix from the scan (in the model's unit, see --unit) to the model?",
+             factor of {}: is the matrix from the scan (in the unit of its file, see --unit) to the model?",
             size::LIMIT
         )
         .into());
@@ -198,8 +208,8 @@ fn read_matrix(path: &Path) -> Result<Matrix4<f64>, Failure> {
     Ok(Matrix4::from_fn(|i, j| rows[i][j]))
 }
 
-/// Scan to model as a matrix, both in the model's unit.
-pub fn matrix(placed: &Placed, model: &Model<'_>) -> [[f64; 4]; 4] {
+/// From the scan as it is in its file to the model, as a matrix. A unit of the scan is `factor` of the model's.
+pub fn matrix(placed: &Placed, model: &Model<'_>, factor: f64) -> [[f64; 4]; 4] {
     let header = model.header();
     let spacing = f64::from(header.spacing);
     let position = |p: &Point| {
@@ -215,6 +225,6 @@ pub fn matrix(placed: &Placed, model: &Model<'_>) -> [[f64; 4]; 4] {
         }
         let [a, b, c] = rotation[i];
         let moved = a * placed.centre.x + b * placed.centre.y + c * placed.centre.z;
-        [a, b, c, at_centre[i] - moved]
+        [a * factor, b * factor, c * factor, at_centre[i] - moved]
     })
 }

@@ -88,7 +88,7 @@ impl Inspect {
         let written = written
             .iter()
             .filter_map(|&(option, path, format)| Some(Output { option, path: path.as_deref()?, format }));
-        outputs::check(&[self.model.as_deref()], &written.collect::<Vec<_>>())?;
+        outputs::check(self.model.as_slice(), &written.collect::<Vec<_>>())?;
         let bytes = inputs::model_bytes(self.model.as_deref())?;
         let model = inputs::model(&bytes, self.model.as_deref())?;
         let report = report(&model, bytes.len())?;

@@ -21,6 +21,7 @@ mod verify;
 use clap::{Args, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::process::ExitCode;
+use std::sync::OnceLock;
 
 /// Completes 3D scans with a local statistical shape prior.
 #[derive(Parser)]
@@ -35,7 +36,7 @@ struct Cli {
 /// Options of every subcommand.
 #[derive(Args, Clone)]
 struct Common {
-    /// Print one JSON object for programs instead of text
+    /// Print JSON for programs instead of text: one object, of `check` and `verify` an array
     #[arg(long, global = true)]
     json: bool,
     /// Threads to use; the results do not depend on it [default: all processors]
@@ -96,7 +97,8 @@ pub fn run() -> ExitCode {
         Command::Synth(args) => args.run(&cli.common),
         Command::Verify(args) => args.run(&cli.common),
     };
-    result.map_or_else(|error| fail(&error), |()| ExitCode::SUCCESS)
+    let said = || UNSAID.get().map_or(Ok(()), |why| Err(why.as_str().into()));
+    result.and_then(|()| said()).map_or_else(|error| fail(&error), |()| ExitCode::SUCCESS)
 }
 
 fn fail(error: &Failure) -> ExitCode {
@@ -104,10 +106,18 @@ fn fail(error: &Failure) -> ExitCode {
     ExitCode::from(if error.is::<outputs::Usage>() { 2 } else { 1 })
 }
 
-/// Prints a line to standard output; a reader that has gone away is no error.
+/// Why a line could not be printed, if one could not.
+static UNSAID: OnceLock<String> = OnceLock::new();
+
+/// Prints a line to standard output. A reader that has gone away is no error; a full disk is one at the end.
 fn say(text: &str) {
-    use std::io::Write;
-    let _ = writeln!(std::io::stdout(), "{text}");
+    use std::io::{ErrorKind, Write};
+    match writeln!(std::io::stdout(), "{text}") {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            let _ = UNSAID.set(format!("cannot write to standard output: {error}"));
+        }
+        _ => {}
+    }
 }
 
 /// A progress bar on a terminal, nothing in a pipe.

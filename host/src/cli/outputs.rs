@@ -23,8 +23,8 @@ const KNOWN: [&str; 14] =
     ["ply", "obj", "stl", "pcd", "xyz", "png", "jpg", "jpeg", "svg", "json", "html", "csv", "lacuna", "gltf"];
 
 /// Refuses outputs that would overwrite one of the inputs or each other, or whose names say another format.
-pub fn check(inputs: &[Option<&Path>], outputs: &[Output<'_>]) -> Result<(), Failure> {
-    let inputs: Vec<PathBuf> = inputs.iter().flatten().filter_map(|path| identity(path)).collect();
+pub fn check(inputs: &[impl AsRef<Path>], outputs: &[Output<'_>]) -> Result<(), Failure> {
+    let inputs: Vec<PathBuf> = inputs.iter().filter_map(|path| identity(path.as_ref())).collect();
     for (number, output) in outputs.iter().enumerate() {
         let (option, name) = (output.option, output.path.display());
         if let Some(other) = other_format(output) {
@@ -80,7 +80,7 @@ mod tests {
         let [scan, result] = ["scan.ply", "result.ply"].map(|name| folder.path().join(name));
         std::fs::write(&scan, b"ply").unwrap();
         let around = folder.path().join(".").join("scan.ply");
-        let said = |outputs: &[Output<'_>]| check(&[Some(&scan), None], outputs).map_err(|e| e.to_string());
+        let said = |outputs: &[Output<'_>]| check(&[&scan], outputs).map_err(|e| e.to_string());
         assert!(said(&[output("--output", &result, "ply")]).is_ok());
         assert!(said(&[output("--output", Path::new("/dev/null"), "ply")]).is_ok());
         assert!(said(&[output("--output", &around, "ply")]).unwrap_err().contains("overwrite"));
@@ -96,6 +96,6 @@ mod tests {
         let [scan, link] = ["scan.ply", "link.ply"].map(|name| folder.path().join(name));
         std::fs::write(&scan, b"ply").unwrap();
         std::os::unix::fs::symlink(&scan, &link).unwrap();
-        assert!(check(&[Some(&scan)], &[output("--output", &link, "ply")]).is_err());
+        assert!(check(&[&scan], &[output("--output", &link, "ply")]).is_err());
     }
 }

@@ -6,10 +6,9 @@ use super::{Common, Failure, say};
 use crate::check::alternatives;
 use crate::complete::clean::clean;
 use crate::complete::noise::widest;
-use crate::complete::start::thinned;
+use crate::complete::start::{Known, thinned};
 use crate::complete::verdict;
 use crate::{io, register};
-use lacuna::pose_fit;
 use std::path::PathBuf;
 
 /// Find the pose of a scan in a model's frame.
@@ -24,7 +23,7 @@ pub struct Register {
 
 #[derive(serde::Serialize)]
 struct Report {
-    /// Row by row; scan (in the model's unit) to model.
+    /// Row by row; from the scan as it is in its file to the model.
     scan_to_model: [[f64; 4]; 4],
     scale: f64,
     inlier_share: f64,
@@ -37,9 +36,8 @@ struct Report {
 impl Register {
     /// Runs the subcommand.
     pub fn run(&self, common: &Common) -> Result<(), Failure> {
-        let read = [self.subject.scan.as_deref(), self.subject.model.as_deref()];
         let pack = self.pack.iter().map(|path| Output { option: "--pack", path, format: "cloud" });
-        outputs::check(&read, &pack.collect::<Vec<_>>())?;
+        outputs::check(&self.subject.files(), &pack.collect::<Vec<_>>())?;
         let bytes = self.subject.model_bytes()?;
         let model = self.subject.model(&bytes)?;
         let (mesh, notes) = self.subject.mesh(&model)?;
@@ -49,15 +47,15 @@ impl Register {
             .map_err(|error| self.subject.named(&error))?;
         let seconds = start.elapsed().as_secs_f64();
         if let Some(path) = &self.pack {
-            let thinned = thinned(&model, &scan, &found.placed, pose_fit::Hint::Rough);
+            let thinned = thinned(&model, &scan, &Known::found(found.clone()));
             let bytes = thinned.points.packed().to_bytes(&thinned.rough.pose, false);
             io::atomic::write(path, |file| file.write_all(&bytes))?;
         }
         let scale = found.placed.size(&model);
-        let odd = verdict::scene(found.inliers).into_iter().chain(verdict::size(scale)).map(|(_, text)| text);
-        let advice = alternatives::advice(&model, &scan, self.subject.seed, (found.inliers, scale));
+        let odd = verdict::of_pose(&found, scale).map(|(_, text)| text);
+        let advice = alternatives::advice(&model, &scan, self.subject.seed, (found.explained(), scale));
         let report = Report {
-            scan_to_model: inputs::matrix(&found.placed, &model),
+            scan_to_model: inputs::matrix(&found.placed, &model, self.subject.factor(&model)),
             scale,
             inlier_share: found.inliers,
             runner_up: found.runner_up,

@@ -1,5 +1,6 @@
 //! `lacuna synth`.
 
+use super::outputs::{self, Output};
 use super::{Common, Failure, bar, say};
 use crate::io::{self, PlyOut};
 use crate::mesh::Mesh;
@@ -40,10 +41,10 @@ struct Heads {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Number of the first head
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u64).range(..=1_000_000_000))]
     first: u64,
     /// Smooth relief that no parameter makes, mm rms
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, default_value_t = 0.0, value_parser = |text: &str| millimetres(text, 3.0), allow_negative_numbers = true)]
     relief: f64,
 }
 
@@ -70,7 +71,7 @@ struct OneScan {
     #[arg(long)]
     small: bool,
     /// Deviation of the noise that each pixel has of its own, mm
-    #[arg(long, default_value_t = ScannerSettings::default().noise_mm, value_parser = noise, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = ScannerSettings::default().noise_mm, value_parser = |text: &str| millimetres(text, 10.0), allow_negative_numbers = true)]
     noise: f64,
     /// What is scanned along with it, separated by commas
     #[arg(long, value_enum, value_delimiter = ',')]
@@ -95,9 +96,9 @@ impl With {
     }
 }
 
-fn noise(text: &str) -> Result<f64, String> {
-    let noise: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    if (0.0..=10.0).contains(&noise) { Ok(noise) } else { Err("from 0 to 10 mm".to_owned()) }
+fn millimetres(text: &str, most: f64) -> Result<f64, String> {
+    let length: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if (0.0..=most).contains(&length) { Ok(length) } else { Err(format!("from 0 to {most} mm")) }
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -147,6 +148,7 @@ impl Heads {
 
 impl OneScan {
     fn run(&self, common: &Common) -> Result<(), Failure> {
+        self.check_outputs()?;
         let truth = match &self.mesh {
             Some(path) => io::read(path)?,
             None => Head::sample(self.seed, self.head).mesh(),
@@ -159,7 +161,7 @@ impl OneScan {
         let scanner = if self.small { ScannerSettings::small() } else { ScannerSettings::default() };
         let settings = ScannerSettings { noise_mm: self.noise, ..scanner };
         let scan = scan_among(&truth, &self.others(&truth), kind, &settings, self.scan_seed);
-        if scan.mesh.triangles.is_empty() {
+        if scan.missing.iter().all(|&missing| missing) {
             return Err(format!("the scanner sees nothing of {}: {SCANNABLE}", self.name()).into());
         }
         make_folder(&self.folder)?;
@@ -176,6 +178,13 @@ impl OneScan {
             ));
         }
         Ok(())
+    }
+
+    /// Refuses a folder whose files would overwrite the mesh that is scanned.
+    fn check_outputs(&self) -> Result<(), Failure> {
+        let paths = ["truth.ply", "mesh.ply", "points.ply"].map(|name| self.folder.join(name));
+        let files = paths.each_ref().map(|path| Output { option: "the file", path, format: "ply" });
+        outputs::check(self.mesh.as_slice(), &files)
     }
 
     /// What is around it.

@@ -105,8 +105,7 @@ impl Train {
         let start = std::time::Instant::now();
         let settings = self.settings();
         let Shapes { paths, meshes: shapes, mut notes } = shapes::training_set(&self.meshes, &settings)?;
-        let read: Vec<Option<&Path>> = paths.iter().map(|path| Some(path.as_path())).collect();
-        outputs::check(&read, &[Output { option: "--output", path: &self.output, format: "lacuna" }])?;
+        outputs::check(&paths, &[Output { option: "--output", path: &self.output, format: "lacuna" }])?;
         let settings = Settings { class: self.class.clone().unwrap_or_else(|| folder(&paths)), ..settings };
         let named = |number: usize, message: String| -> Failure {
             format!("{}: {message}", paths.get(number).map_or("?".into(), |p| p.display().to_string())).into()

@@ -3,7 +3,8 @@
 use super::{Common, Failure, bar, inputs, say};
 use crate::complete::clean::clean;
 use crate::complete::noise::widest;
-use crate::complete::{Options, Start, start};
+use crate::complete::start::Thinned;
+use crate::complete::{Options, start};
 use crate::fit::Digests;
 use crate::mesh::Mesh;
 use crate::sentence::sentence;
@@ -68,8 +69,9 @@ impl Verify {
 fn registered(name: &str, bytes: &[u8], scan: &Mesh) -> Result<Case, Failure> {
     let model = inputs::model(bytes, None)?;
     let options = Options::of(&model);
-    let Start { points, rough, hint, .. } = start(&model, scan, &options)?;
-    let rounds = hint.rounds(&model);
+    let start = start(&model, scan, &options)?;
+    let rounds = start.rounds(&model);
+    let Thinned { points, rough, .. } = start.thinned;
     Ok(Case { name: name.into(), model: bytes.to_vec(), points, pose: rough.pose, rounds, volumes: None })
 }
 

@@ -10,6 +10,7 @@ use lacuna::sample;
 const STEEP: f32 = 0.5;
 
 /// A dense volume of distances in voxels, x fastest, NaN where unknown.
+#[derive(Clone)]
 pub struct Dense {
     /// Voxels along x, y, z.
     pub sides: [usize; 3],

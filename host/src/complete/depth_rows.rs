@@ -1,6 +1,6 @@
 //! A depth image as a scanner sends it: the core makes the points, row by row, with no mesh in between.
 
-use super::start::{CELL, Start, place};
+use super::start::{CELL, Start, Thinned, place};
 use super::{Error, Options};
 use crate::io::depth::DepthView;
 use crate::mesh::{Mesh, Point, Vector};
@@ -145,10 +145,11 @@ pub fn start(
     image: &DepthImage,
     options: &Options<'_>,
 ) -> Result<Start, Error> {
-    let (known, hint, runner_up) = place(model, scan, options)?;
-    let (rough, depth) = image.placed(scan, &known).map_err(Error::Fit)?;
+    let known = place(model, scan, options)?;
+    let (rough, depth) = image.placed(scan, &known.placed).map_err(Error::Fit)?;
     let points = unpacked(&depth.packed).map_err(Error::Fit)?;
-    Ok(Start { points, elsewhere: 0.0, clutter: 0.0, rough, hint, runner_up, depth: Some(depth) })
+    let thinned = Thinned { points, elsewhere: 0.0, clutter: 0.0, rough };
+    Ok(Start { thinned, known, depth: Some(depth) })
 }
 
 fn unpacked(packed: &PackedPoints) -> Result<OrientedPoints, lacuna::Error> {

@@ -29,7 +29,7 @@ use crate::surface::fair;
 use crate::uncertainty::cues::{Cue, cues};
 use crate::uncertainty::hidden;
 use crate::uncertainty::posterior::Posterior;
-use crate::uncertainty::spread::{Spread, spread};
+use crate::uncertainty::spread::spread;
 use crate::uncertainty::{Expected, Share, shares};
 use crate::unit;
 use clean::Cleaned;
@@ -151,8 +151,8 @@ pub fn fit_here<A: Arithmetic>(
     start: &Start,
     schedule: Schedule<'_>,
 ) -> Result<Fit, Error> {
-    let settings = Settings { reach: Reach::of(model), rounds: start.hint.rounds(model), schedule };
-    fit::<A>(model, &start.packed(), &start.rough.pose, settings).map_err(Error::Fit)
+    let settings = Settings { reach: Reach::of(model), rounds: start.rounds(model), schedule };
+    fit::<A>(model, &start.packed(), &start.thinned.rough.pose, settings).map_err(Error::Fit)
 }
 
 /// Completes a scan from what `begin` makes of it without its small pieces, with a fit made by `fit`, here or on a device.
@@ -173,41 +173,27 @@ pub fn complete_by(
     let (scan, measured, start) = with_pieces(model, cleaned, (measured?, start?))?;
     let specks = all - scan.elements();
     let fit = fit(&start)?;
-    let placed = Placed { centre: start.rough.centre, pose: fit.outcome.pose };
-    let points = without_clutter(model, &start, &fit);
-    let centred = Placed { centre: Point::origin(), ..placed };
-    let field = Dense::new(model, &fit.local_distances);
-    let agreement = agreement(&field, (&points, start.points.points.len()), &centred, model);
-    let global_field = Dense::new(model, &fit.global_distances);
-    let (global, local) = (global_field.surface(&placed, 1), field.surface(&placed, 1));
-    let voxels: Vec<Point> = points.points.iter().map(|p| centred.to_model(p)).collect();
-    // A given pose was not estimated, and no weights with it.
-    let posed = !start.hint.rounds(model).is_empty();
-    let global_weights = || fit.global.iter().map(|&weight| weight as f32).collect();
-    let weights = if posed { fit.shape.clone() } else { global_weights() };
-    let posterior = Posterior::new(model, &points, &placed.pose, &weights, posed);
-    let fields = (field, &global_field);
-    let drawn = drawn_to_scan(model, fields, posterior.as_ref(), (&measured.surface, &placed), &voxels);
-
-    let fitted = fair(&drawn.surface(&placed, options.finer), FAIRING);
-    if fitted.triangles.is_empty() {
+    let fitted = Fitted::new(model, &start, &fit);
+    let placed = fitted.placed;
+    let agreement = fitted.agreement(model, start.thinned.points.points.len());
+    let (global, local) = (fitted.global.surface(&placed, 1), fitted.local.surface(&placed, 1));
+    let drawn = fitted.drawn_to(model, &measured.surface);
+    let whole = fair(&drawn.surface(&placed, options.finer), FAIRING);
+    if whole.triangles.is_empty() {
         return Err(Error::NoSurface(
             "the fitted distances have no zero level: the scan does not match the model",
         ));
     }
     let unit = class_millimetre(model, &placed);
     let limits = Limits { motion: MOTION * unit, sideways: measured.sideways, step: STEP * unit };
-    let merged = merge::merge(&fitted, &measured.surface, &limits);
+    let merged = merge::merge(&whole, &measured.surface, &limits);
     let clutter = Clutter::of(&scan, &merged.mesh, APART * unit);
-    let hidden = hidden::error(&points.normals) * model.header().scales.millimetre;
-    let cues_of = |posterior: &Posterior<'_>| cues(posterior, &placed, &merged, hidden);
-    let cues = posterior.as_ref().map(cues_of).unwrap_or_default();
+    let cues = fitted.cues(model, &merged);
     let expected = Expected::new(&cues, model, placed.pose.scale);
-    let determined = posterior.as_ref().and_then(spread);
     let expected_shares = shares(&expected.errors, &|v| merged.labels[v] == MEASURED);
     let [_, inferred] = expected_shares;
     let vague = inferred.filter(|_| expected.calibrated).map(|inferred| inferred.median);
-    let verdict = judge(model, &start, &placed, &fit, &merged, (agreement, determined, vague));
+    let verdict = judge(model, &start, (&fitted, &fit), &merged, (agreement, vague));
     Ok(Completion {
         scan,
         specks,
@@ -231,7 +217,7 @@ fn with_pieces(
     cleaned: Cleaned,
     (measured, mut start): (Measured, Start),
 ) -> Result<(Mesh, Measured, Start), Error> {
-    let pieces = pieces::belonging(model, &cleaned, &start.rough);
+    let pieces = pieces::belonging(model, &cleaned, &start.known);
     let mut scan = cleaned.scan;
     if pieces.points.is_empty() {
         return Ok((scan, measured, start));
@@ -240,31 +226,97 @@ fn with_pieces(
     let measured = scan_surface(&scan, model)?;
     // The points of a depth image are not those of its mesh, and have all pieces.
     if start.depth.is_none() {
-        start.thin(model, &scan);
+        start.thinned = start::thinned(model, &scan, &start.known);
     }
     Ok((scan, measured, start))
 }
 
-/// The local fit's distances: without what did not settle, with the volume to be expected where nobody looked, and the
-/// scan's own beyond what the model stores; `voxels` are the scan's points.
-fn drawn_to_scan(
-    model: &Model<'_>,
-    (mut local, global): (Dense, &Dense),
-    posterior: Option<&Posterior<'_>>,
-    (scan, placed): (&Surface, &Placed),
-    voxels: &[Point],
-) -> Dense {
-    let near = OWN_REACH / f64::from(placed.pose.scale);
-    // A voxel hears of the nodes around it, and they reach as far again.
-    let reach = 2 * usize::from(model.header().stride);
-    let own = |i: usize| global.measured(i, scan, placed, near);
-    let measured = diffusion::diffuse(&mut local, global, voxels, reach, own);
-    if let Some(posterior) = posterior {
-        let deviations = level::deviations(&local, posterior);
-        level::level(&mut local, &deviations, &measured);
+/// What the core's fit says about the scan's points.
+struct Fitted<'m> {
+    /// Where the scan lies.
+    placed: Placed,
+    /// The points that the core did not leave out, centred.
+    points: OrientedPoints,
+    /// Weights of the shape that was found with the pose; those of the global fit where the pose was held.
+    shape: Vec<f32>,
+    global: Dense,
+    local: Dense,
+    /// What the points leave undecided; none where none of them lies on the model.
+    posterior: Option<Posterior<'m>>,
+}
+
+impl<'m> Fitted<'m> {
+    fn new(model: &'m Model<'m>, start: &Start, fit: &Fit) -> Self {
+        let placed = Placed { centre: start.thinned.rough.centre, pose: fit.outcome.pose };
+        let points = without_clutter(model, start, fit);
+        let held = start.is_held(model);
+        let shape =
+            if held { fit.global.iter().map(|&weight| weight as f32).collect() } else { fit.shape.clone() };
+        let posterior = Posterior::new(model, &points, &placed.pose, &shape, !held);
+        let [global, local] =
+            [&fit.global_distances, &fit.local_distances].map(|distances| Dense::new(model, distances));
+        Self { placed, points, shape, global, local, posterior }
     }
-    local.extend(model, scan, placed, voxels);
-    local
+
+    /// The pose of the centred points.
+    fn centred(&self) -> Placed {
+        Placed { centre: Point::origin(), ..self.placed }
+    }
+
+    /// The local fit's distances: without what did not settle, with the volume to be expected where nobody looked, and the
+    /// scan's own beyond what the model stores.
+    fn drawn_to(&self, model: &Model<'_>, scan: &Surface) -> Dense {
+        let (mut drawn, centred) = (self.local.clone(), self.centred());
+        let voxels: Vec<Point> = self.points.points.iter().map(|p| centred.to_model(p)).collect();
+        let near = OWN_REACH / f64::from(self.placed.pose.scale);
+        // A voxel hears of the nodes around it, and they reach as far again.
+        let reach = 2 * usize::from(model.header().stride);
+        let own = |i: usize| self.global.measured(i, scan, &self.placed, near);
+        let measured = diffusion::diffuse(&mut drawn, &self.global, &voxels, reach, own);
+        if let Some(posterior) = &self.posterior {
+            let deviations = level::deviations(&drawn, posterior);
+            level::level(&mut drawn, &deviations, &measured);
+        }
+        drawn.extend(model, scan, &self.placed, &voxels);
+        drawn
+    }
+
+    /// What is known at each vertex of the completed mesh about its error.
+    fn cues(&self, model: &Model<'_>, merged: &Merged) -> Vec<Cue> {
+        let Some(posterior) = &self.posterior else { return vec![] };
+        let hidden = hidden::error(&self.points.normals) * model.header().scales.millimetre;
+        cues(posterior, &self.placed, merged, hidden)
+    }
+
+    /// How the points, of `all` in the scan, lie on the surface of the local fit.
+    fn agreement(&self, model: &Model<'_>, all: usize) -> Agreement {
+        let (reach, centred) = (2.0 * f64::from(model.header().scales.millimetre), self.centred());
+        let (mut near, mut inliers, mut squares) = (0usize, 0usize, 0.0);
+        for point in &self.points.points {
+            if let Some((d, gradient)) = self.local.at(&centred.to_model(point)) {
+                near += 1;
+                let r = d / gradient.norm().max(0.3);
+                if r.abs() <= reach {
+                    inliers += 1;
+                    squares += r * r;
+                }
+            }
+        }
+        Agreement {
+            inliers: inliers as f64 / near.max(1) as f64,
+            rms: (squares / inliers.max(1) as f64).sqrt(),
+            outside: (self.points.points.len() - near) as f64 / all.max(1) as f64,
+        }
+    }
+
+    /// Share of the points of a start that lie on the surface of `shape`, and how exactly these do; none without any.
+    fn explained(&self, model: &Model<'_>, start: &Start) -> (f64, Option<f64>) {
+        let packed = start.packed();
+        let Ok(cloud) = packed.cloud() else { return (0.0, None) };
+        let (inliers, agreement) =
+            joint::agreement(model, cloud, &self.placed.pose, &Weights::new(&self.shape));
+        (inliers, (inliers > 0.0).then(|| agreement / inliers))
+    }
 }
 
 /// The scan for closest point queries.
@@ -313,8 +365,8 @@ fn surfels(points: &OrientedPoints, size: f64) -> Mesh {
 
 /// The points that the core did not leave out.
 fn without_clutter(model: &Model<'_>, start: &Start, fit: &Fit) -> OrientedPoints {
-    if start.hint.rounds(model).is_empty() {
-        return start.points.clone();
+    if start.is_held(model) {
+        return start.thinned.points.clone();
     }
     let packed = start.packed();
     let cloud = packed.cloud();
@@ -324,8 +376,8 @@ fn without_clutter(model: &Model<'_>, start: &Start, fit: &Fit) -> OrientedPoint
         let Ok(Some((p, n))) = cloud.map(|cloud| cloud.point(i)) else { return false };
         Standing::of(&mut cube, pose.apply(p), pose.rotate(n)) != Standing::Clutter
     };
-    let kept: Vec<usize> = (0..start.points.points.len()).filter(kept).collect();
-    start.points.chosen(&kept)
+    let kept: Vec<usize> = (0..start.thinned.points.points.len()).filter(kept).collect();
+    start.thinned.points.chosen(&kept)
 }
 
 /// One class millimetre in the scan's unit.
@@ -343,50 +395,12 @@ struct Agreement {
     outside: f64,
 }
 
-/// How the points of the hull, of `all` in the scan, lie on the fitted surface.
-fn agreement(
-    field: &Dense,
-    (points, all): (&OrientedPoints, usize),
-    placed: &Placed,
-    model: &Model<'_>,
-) -> Agreement {
-    let reach = 2.0 * f64::from(model.header().scales.millimetre);
-    let (mut near, mut inliers, mut squares) = (0usize, 0usize, 0.0);
-    for point in &points.points {
-        if let Some((d, gradient)) = field.at(&placed.to_model(point)) {
-            near += 1;
-            let r = d / gradient.norm().max(0.3);
-            if r.abs() <= reach {
-                inliers += 1;
-                squares += r * r;
-            }
-        }
-    }
-    Agreement {
-        inliers: inliers as f64 / near.max(1) as f64,
-        rms: (squares / inliers.max(1) as f64).sqrt(),
-        outside: (points.points.len() - near) as f64 / all.max(1) as f64,
-    }
-}
-
-/// How exactly the inliers lie on the surface fitted with the pose; none where the pose was given, and no surface with it.
-fn exactness(model: &Model<'_>, start: &Start, fit: &Fit) -> Option<f64> {
-    if start.hint.rounds(model).is_empty() {
-        return None;
-    }
-    let packed = start.packed();
-    let (inliers, agreement) =
-        joint::agreement(model, packed.cloud().ok()?, &fit.outcome.pose, &Weights::new(&fit.shape));
-    (inliers > 0.0).then(|| agreement / inliers)
-}
-
 fn judge(
     model: &Model<'_>,
     start: &Start,
-    placed: &Placed,
-    fit: &Fit,
+    (fitted, fit): (&Fitted<'_>, &Fit),
     merged: &Merged,
-    (agreement, spread, expected): (Agreement, Option<Spread>, Option<f64>),
+    (agreement, expected): (Agreement, Option<f64>),
 ) -> Verdict {
     let (mut inferred, mut total) = (0.0, 0.0);
     for (t, corners) in merged.mesh.triangles.iter().enumerate() {
@@ -395,24 +409,23 @@ fn judge(
         inferred +=
             area * corners.iter().filter(|&&v| merged.labels[v as usize] != MEASURED).count() as f64 / 3.0;
     }
-    let used = 1.0 - start.elsewhere - start.clutter;
+    let used = 1.0 - start.thinned.elsewhere - start.thinned.clutter;
     let squares: f64 = fit.global.iter().map(|w| w * w).sum();
+    let (inliers, exactness) = fitted.explained(model, start);
+    let placed = &fitted.placed;
     Verdict {
         grade: Grade::Good,
         reasons: Vec::new(),
         inlier_share: agreement.inliers,
-        outside_share: start.elsewhere + used * agreement.outside,
+        outside_share: start.thinned.elsewhere + used * agreement.outside,
         seen_rms: agreement.rms / f64::from(placed.pose.scale),
         inferred_share: inferred / f64::max(total, f64::MIN_POSITIVE),
         inferred_area: inferred,
         weight_norm: (squares / fit.global.len().max(1) as f64).sqrt(),
         scale: placed.size(model),
-        pose_inliers: [
-            used * f64::from(fit.outcome.inliers) / start.points.points.len().max(1) as f64,
-            start.runner_up,
-        ],
-        exactness: exactness(model, start, fit),
-        spread,
+        pose_inliers: [used * inliers, start.known.runner_up],
+        exactness,
+        spread: fitted.posterior.as_ref().and_then(spread),
         expected,
     }
     .judged(class_millimetre(model, placed), unit::symbol(model.header().unit))

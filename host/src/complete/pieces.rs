@@ -3,8 +3,9 @@
 //! the rest. What floats farther off may be a speck, and would leave a bump where nothing else was seen.
 
 use super::clean::Cleaned;
+use super::start::Known;
 use crate::mesh::{Mesh, Point, Vector};
-use crate::register::{Placed, Registration, refine_hint};
+use crate::register::{Registration, refine_hint};
 use crate::surface::keep;
 use lacuna::corners::Weights;
 use lacuna::cube::Cube;
@@ -15,7 +16,7 @@ const FEWEST: usize = 8;
 
 /// The small pieces that belong to the shape of which the scan is the rest, `known` to lie so. None where the rest is too
 /// little to fit the shape to.
-pub fn belonging(model: &Model<'_>, Cleaned { scan, small, pieces, .. }: &Cleaned, known: &Placed) -> Mesh {
+pub fn belonging(model: &Model<'_>, Cleaned { scan, small, pieces, .. }: &Cleaned, known: &Known) -> Mesh {
     let mut means = vec![Mean::default(); pieces.iter().max().map_or(0, |&p| p as usize + 1)];
     for (i, &piece) in pieces.iter().enumerate() {
         means[piece as usize].add(small, i);
@@ -23,7 +24,9 @@ pub fn belonging(model: &Model<'_>, Cleaned { scan, small, pieces, .. }: &Cleane
     if means.iter().all(|mean| mean.members < FEWEST) {
         return Mesh::default();
     }
-    let Ok(fitted) = refine_hint(model, scan, known) else { return Mesh::default() };
+    // With a pose that is exact no shape was fitted: one is, to a pose that may differ a little.
+    let fitted = known.fitted.clone().or_else(|| refine_hint(model, scan, &known.placed).ok());
+    let Some(fitted) = fitted else { return Mesh::default() };
     let belongs: Vec<bool> = means.iter().map(|mean| mean.belongs(model, &fitted)).collect();
     keep(small, |i| belongs[pieces[i] as usize])
 }

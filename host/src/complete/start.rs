@@ -4,11 +4,12 @@ use super::depth_rows::DepthScan;
 use super::{Error, Options};
 use crate::mesh::{Mesh, Point};
 use crate::points::{OrientedPoints, PackedPoints, thin_scan, thin_to};
+use crate::register::joint::signed_distance;
 use crate::register::{Placed, Registration, centred, refine_hint, register};
 use lacuna::cloud::CAPACITY;
 use lacuna::corners::Weights;
 use lacuna::cube::Cube;
-use lacuna::pose_row::steepness;
+use lacuna::pose_fit::Round;
 use lacuna::{Model, pose_fit, sample};
 
 /// Points are this far apart, voxels; further where there would be more than [`CAPACITY`] of them.
@@ -17,7 +18,7 @@ pub const CELL: f64 = 0.5;
 const FEWEST: usize = 60;
 /// Points farther from the shape fitted with the pose are clutter, class millimetres. The pose may still move: what the
 /// core leaves out of the hull lies farther than 8.
-const BESIDE: f32 = 12.0;
+const BESIDE: f32 = 8.0;
 /// Least share of the points where the model has something that lie near the shape, in a scan without much clutter.
 const CLEAN: f64 = 0.75;
 
@@ -32,20 +33,38 @@ pub enum Hint {
     Exact(Placed),
 }
 
-/// What the core's completion starts from.
-pub struct Start {
-    /// Thinned points, centred.
-    pub points: OrientedPoints,
-    /// Share of the scan that has no points, because it is more than a device takes and lies where the model has nothing.
-    pub elsewhere: f64,
-    /// Share of the scan that has no points, because most of the scan lies beside the shape, as this part does.
-    pub clutter: f64,
-    /// Where the scan lies roughly, with the points' centre.
-    pub rough: Placed,
+/// Where a scan lies, as far as that is known before its points are chosen.
+#[derive(Clone, Debug)]
+pub struct Known {
+    /// Its place.
+    pub placed: Placed,
     /// How well that is known.
     pub hint: pose_fit::Hint,
-    /// Inlier share of the next best pose that was tried.
+    /// Pose and shape fitted to the scan from there; none where the pose is exact, or the scan too little for that.
+    pub fitted: Option<Registration>,
+    /// What the next best pose that was tried explains, as a share of inliers; 0 where none was.
     pub runner_up: f64,
+}
+
+/// A thinned scan.
+#[derive(Clone)]
+pub struct Thinned {
+    /// Its points, centred.
+    pub points: OrientedPoints,
+    /// Share of it that has no points, because it is more than a device takes and lies where the model has nothing.
+    pub elsewhere: f64,
+    /// Share of it that has no points, because most of it lies beside the shape, as this part does.
+    pub clutter: f64,
+    /// Where it lies roughly, with the points' centre.
+    pub rough: Placed,
+}
+
+/// What the core's completion starts from.
+pub struct Start {
+    /// The scan as a device takes it.
+    pub thinned: Thinned,
+    /// What is known of its place.
+    pub known: Known,
     /// The depth image that the points come from, if they do.
     pub depth: Option<DepthScan>,
 }
@@ -53,13 +72,17 @@ pub struct Start {
 impl Start {
     /// The points as the core takes them.
     pub fn packed(&self) -> PackedPoints {
-        self.depth.as_ref().map_or_else(|| self.points.packed(), |depth| depth.packed.clone())
+        self.depth.as_ref().map_or_else(|| self.thinned.points.packed(), |depth| depth.packed.clone())
     }
 
-    /// Takes the points anew from a scan.
-    pub fn thin(&mut self, model: &Model<'_>, scan: &Mesh) {
-        let Thinned { points, elsewhere, clutter, rough } = thinned(model, scan, &self.rough, self.hint);
-        (self.points, self.elsewhere, self.clutter, self.rough) = (points, elsewhere, clutter, rough);
+    /// Rounds in which the core refines the pose.
+    pub fn rounds(&self, model: &Model<'_>) -> &'static [Round] {
+        self.known.hint.rounds(model)
+    }
+
+    /// Whether the pose is not estimated, and no shape with it.
+    pub fn is_held(&self, model: &Model<'_>) -> bool {
+        self.rounds(model).is_empty()
     }
 }
 
@@ -68,53 +91,44 @@ impl Start {
 /// # Errors
 /// A scan that does not fit the model.
 pub fn start(model: &Model<'_>, scan: &Mesh, options: &Options<'_>) -> Result<Start, Error> {
-    let (known, hint, runner_up) = place(model, scan, options)?;
-    let Thinned { points, elsewhere, clutter, rough } = thinned(model, scan, &known, hint);
-    Ok(Start { points, elsewhere, clutter, rough, hint, runner_up, depth: None })
+    let known = place(model, scan, options)?;
+    Ok(Start { thinned: thinned(model, scan, &known), known, depth: None })
 }
 
-/// The pose that is given or found, how well it is known, and the inlier share of the next best.
-pub fn place(
-    model: &Model<'_>,
-    scan: &Mesh,
-    options: &Options<'_>,
-) -> Result<(Placed, pose_fit::Hint, f64), Error> {
+/// The pose that is given or found, and the shape with it.
+///
+/// # Errors
+/// A scan that does not fit the model, when its pose is to be found.
+pub fn place(model: &Model<'_>, scan: &Mesh, options: &Options<'_>) -> Result<Known, Error> {
     Ok(match options.hint {
-        Hint::None => {
-            let found = register(model, scan, options.seed)?;
-            (found.placed, pose_fit::Hint::Rough, found.runner_up)
+        Hint::None => Known::found(register(model, scan, options.seed)?),
+        Hint::Rough(placed) => {
+            let fitted = refine_hint(model, scan, &placed).ok();
+            Known { placed, hint: pose_fit::Hint::Rough, fitted, runner_up: 0.0 }
         }
-        Hint::Rough(hint) => (hint, pose_fit::Hint::Rough, 0.0),
-        Hint::Exact(hint) => (hint, pose_fit::Hint::Exact, 0.0),
+        Hint::Exact(placed) => Known { placed, hint: pose_fit::Hint::Exact, fitted: None, runner_up: 0.0 },
     })
 }
 
-/// A thinned scan.
-pub struct Thinned {
-    /// Its points, centred.
-    pub points: OrientedPoints,
-    /// Share of it that has no points, because it lies where the model has nothing.
-    pub elsewhere: f64,
-    /// Share of it that has none because it lies beside the shape.
-    pub clutter: f64,
-    /// Where they lie.
-    pub rough: Placed,
+impl Known {
+    /// A pose that was found, which the core refines.
+    pub fn found(found: Registration) -> Self {
+        let (placed, runner_up) = (found.placed, found.runner_up);
+        Self { placed, hint: pose_fit::Hint::Rough, fitted: Some(found), runner_up }
+    }
 }
 
 /// The scan thinned for a pose. Of one that has more points than a device takes, those that lie where the model has
 /// nothing (shoulders, hair) go first: the fit has no use for them, and the others lie closer together. Of one that is
 /// mostly clutter, what does not lie near the shape goes too: of the few points that the pose is estimated from on the
 /// device, few would be on the shape.
-pub fn thinned(model: &Model<'_>, scan: &Mesh, known: &Placed, hint: pose_fit::Hint) -> Thinned {
-    let cell = CELL / f64::from(known.pose.scale);
+pub fn thinned(model: &Model<'_>, scan: &Mesh, known: &Known) -> Thinned {
+    let cell = CELL / f64::from(known.placed.pose.scale);
     let all = thin_scan(scan, cell, |_| true);
-    let fitted = match hint {
-        pose_fit::Hint::Exact => None,
-        pose_fit::Hint::Rough => refine_hint(model, scan, known).ok(),
-    };
-    let settled = fitted.as_ref().map_or(*known, |fitted| fitted.placed);
+    let fitted = known.fitted.as_ref();
+    let settled = fitted.map_or(known.placed, |fitted| fitted.placed);
     let supported = |p: &Point| sample::far(model, voxels(&settled, p)).is_some();
-    let belongs = |p: &Point| fitted.as_ref().is_none_or(|fitted| belongs(model, fitted, p));
+    let belongs = |p: &Point| fitted.is_none_or(|fitted| belongs(model, fitted, p));
     let whole = all.points.len();
     let near: Vec<&Point> = all.points.iter().filter(|p| supported(p)).collect();
     let on_it = near.iter().filter(|p| belongs(p)).count();
@@ -131,7 +145,7 @@ pub fn thinned(model: &Model<'_>, scan: &Mesh, known: &Placed, hint: pose_fit::H
         (all, 0.0, 0.0)
     };
     let (centre, points) = centred(&points);
-    Thinned { points, elsewhere, clutter, rough: known.about(centre) }
+    Thinned { points, elsewhere, clutter, rough: known.placed.about(centre) }
 }
 
 fn voxels(placed: &Placed, p: &Point) -> [f32; 3] {
@@ -141,9 +155,10 @@ fn voxels(placed: &Placed, p: &Point) -> [f32; 3] {
 /// Whether a point lies near the shape that was fitted with the pose.
 fn belongs(model: &Model<'_>, fitted: &Registration, p: &Point) -> bool {
     let weights = Weights::new(&fitted.shape);
-    let mut cube = Cube::new(model, &weights);
-    cube.find(voxels(&fitted.placed, p)).map(Cube::distance).is_some_and(|(distance, gradient)| {
-        distance.abs() <= BESIDE * model.header().scales.millimetre * steepness(gradient)
+    let found = signed_distance(&mut Cube::new(model, &weights), voxels(&fitted.placed, p));
+    found.is_some_and(|(distance, _)| {
+        distance.abs()
+            <= std::env::var("BES").map_or(BESIDE, |v| v.parse().unwrap()) * model.header().scales.millimetre
     })
 }
 
@@ -172,8 +187,8 @@ mod tests {
         let corners = [[-500., -500.], [500., -500.], [500., 500.], [-500., 500.]];
         scan.points.extend(corners.map(|[x, z]| Point::new(x, -150.0, z)));
         scan.triangles.extend([[first, first + 2, first + 1], [first, first + 3, first + 2]]);
-        let exact = pose_fit::Hint::Exact;
-        let kept = thinned(&model, &scan, &beside(&model, 0.0), exact);
+        let exactly = |placed| Known { placed, hint: pose_fit::Hint::Exact, fitted: None, runner_up: 0.0 };
+        let kept = thinned(&model, &scan, &exactly(beside(&model, 0.0)));
         assert!(kept.points.points.len() <= CAPACITY && kept.elsewhere > 0.5, "{}", kept.elsewhere);
         let surface = Surface::new(&head).expect("a surface");
         let near = |p: &&Point| {
@@ -183,7 +198,7 @@ mod tests {
         let on_head = kept.points.points.iter().filter(near).count();
         assert!(on_head * 10 > kept.points.points.len() * 9, "{on_head} of {}", kept.points.points.len());
         assert_eq!(kept.clutter, 0.0, "a pose that is given is not looked into");
-        let far = thinned(&model, &scan, &beside(&model, 900.0), exact);
+        let far = thinned(&model, &scan, &exactly(beside(&model, 900.0)));
         assert!(far.elsewhere == 0.0 && far.points.points.len() > CAPACITY / 2);
     }
 
@@ -196,7 +211,8 @@ mod tests {
         for thing in [Surrounding::Hair, Surrounding::Collar, Surrounding::Table] {
             scan.append(&thing.mesh(bounds, 1));
         }
-        let thinned = |scan: &Mesh| thinned(&model, scan, &beside(&model, 2.0), pose_fit::Hint::Rough);
+        let options = Options { hint: Hint::Rough(beside(&model, 2.0)), ..Options::of(&model) };
+        let thinned = |scan: &Mesh| start(&model, scan, &options).expect("a start").thinned;
         let (alone, among) = (thinned(&head), thinned(&scan));
         assert_eq!(alone.clutter, 0.0);
         let near = 1.0 - among.elsewhere;

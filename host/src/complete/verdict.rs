@@ -1,5 +1,6 @@
 //! Whether a completion can be trusted, in numbers and in a word.
 
+use crate::register::Registration;
 use crate::register::rank::SIZES;
 use crate::uncertainty::spread::Spread;
 use serde::Serialize;
@@ -39,11 +40,12 @@ pub struct Verdict {
     pub weight_norm: f64,
     /// Scan units a model unit: 1 for a scan in true size.
     pub scale: f64,
-    /// Inlier share of the pose, and of the next best pose that was tried.
+    /// Inlier share of the pose, and what the next best pose that was tried explains, as such a share
+    /// ([`Registration::runner_up`]).
     pub pose_inliers: [f64; 2],
     /// How exactly the points counted there lie on the surface fitted with the pose, which is what tells a face among hair
     /// and clothes from hair and clothes: the mean of (1 - (r / 3)²)², r their distances in class millimetres. 1 is
-    /// exactly, 8/15 anywhere within the 3. None where the pose was given.
+    /// exactly, 8/15 anywhere within the 3. None without an inlier.
     pub exactness: Option<f64>,
     /// How well the scan determines its own pose; none where the pose was given.
     pub spread: Option<Spread>,
@@ -64,7 +66,7 @@ const EXACT: f64 = 0.75;
 const UNUSUAL: f64 = 2.0;
 /// Least share of a whole scan that a pose explains without a word, and at all: half a head with shoulders 0.26 to 0.36, a head
 /// on a table of a square metre 0.07.
-const SCENE: f64 = 0.25;
+const LITTLE: f64 = 0.25;
 const LEAST_POSE: f64 = 0.04;
 /// A pose that explains less of a scan than the first, and not so much more than another one, may be any. The other one
 /// explains 0.56 to 0.88 of what the right one does on eight parts of a raw head with shoulders.
@@ -102,11 +104,27 @@ impl Findings {
     }
 }
 
+/// What is to be said about a pose that was found for a scan, `scale` times as large as the class.
+pub fn of_pose(found: &Registration, scale: f64) -> impl Iterator<Item = (Grade, String)> {
+    scene(found.inliers).or_else(|| doubtful(found.explained())).into_iter().chain(size(scale))
+}
+
+/// Below this share of a scan without tables and walls clutter or another kind of object is most of it.
+const DOUBTFUL: f64 = 0.5;
+
+fn doubtful(explained: f64) -> Option<(Grade, String)> {
+    let share = percent(explained);
+    let text = format!(
+        "only {share} of the scan, tables and walls aside, lies on the fitted shape: much clutter, normals that face both ways, or another kind of object?"
+    );
+    (explained < DOUBTFUL).then_some((Grade::Check, text))
+}
+
 /// What it means, for a scan of which a pose explains so little; none where that is enough.
-pub fn scene(pose: f64) -> Option<(Grade, String)> {
+fn scene(pose: f64) -> Option<(Grade, String)> {
     let grade = if pose < LEAST_POSE { Grade::Reject } else { Grade::Check };
     let share = percent(pose);
-    (pose < SCENE).then(|| {
+    (pose < LITTLE).then(|| {
         (
             grade,
             format!("only {share} of the scan lies on the fitted shape: another kind of object, or a scene?"),
@@ -116,7 +134,7 @@ pub fn scene(pose: f64) -> Option<(Grade, String)> {
 
 /// What is to be said about a scan of which the pose says that it is so many times as large as the class; none where that
 /// is usual.
-pub fn size(scale: f64) -> Option<(Grade, String)> {
+fn size(scale: f64) -> Option<(Grade, String)> {
     let grade = if SIZES.contains(&scale) { Grade::Check } else { Grade::Reject };
     let usual = (0.75..1.34).contains(&scale);
     (!usual).then(|| {
@@ -136,11 +154,16 @@ impl Verdict {
         self
     }
 
+    /// Inlier share of the pose, of the points that do not lie where the model stores nothing.
+    pub fn explained(&self) -> f64 {
+        let [pose, _] = self.pose_inliers;
+        pose / f64::max(1.0 - self.outside_share, f64::MIN_POSITIVE)
+    }
+
     fn judge_pose(&self, findings: &mut Findings) {
         let [pose, runner_up] = self.pose_inliers;
         findings.extend(scene(pose));
-        // Of the points that do not lie where the model stores nothing.
-        let explained = pose / f64::max(1.0 - self.outside_share, f64::MIN_POSITIVE);
+        let explained = self.explained();
         let exact = self.exactness.is_some_and(|exactness| exactness >= EXACT);
         // A sphere, of which a tenth is explained, is followed exactly by a shape three deviations off the class.
         let (grade, guess) = if exact && self.weight_norm < UNUSUAL {

@@ -30,8 +30,8 @@ impl Scan {
             scan: 0,
             points: packed.points.len() as u32,
             step: packed.step,
-            pose: start.rough.pose,
-            hint: start.hint,
+            pose: start.thinned.rough.pose,
+            hint: start.known.hint,
             iterations,
         };
         let depth = start.depth.as_ref().map(|scan| scan.image.clone());

@@ -41,7 +41,7 @@ impl Further {
         }
         // Three columns alone may hold normals of any length: only colours can be mistaken for them.
         if self.count == 3 {
-            return (!self.are_colours()).then_some(0);
+            return (!self.are_colours(mesh)).then_some(0);
         }
         let shares = (0..=self.count - 3).map(|first| (first, self.unit_share(first, mesh)));
         let (first, share) = shares.reduce(|best, next| if next.1 > best.1 { next } else { best })?;
@@ -61,10 +61,15 @@ impl Further {
         unit as f64 / placed().count().max(1) as f64
     }
 
-    /// Whether the values are red, green and blue: whole numbers up to 255, not all 0 or 1.
-    fn are_colours(&self) -> bool {
+    /// Whether the values are red, green and blue: whole numbers up to 255, not all 0 or 1; or from 0 to 1, and not of unit
+    /// length.
+    fn are_colours(&self, mesh: &Mesh) -> bool {
         let byte = |value: &f64| (0.0..=255.0).contains(value) && value.fract() == 0.0;
-        self.values.iter().all(byte) && self.values.iter().any(|&value| value > 1.0)
+        let known = || self.values.iter().filter(|value| !value.is_nan());
+        if known().all(|value| (0.0..=1.0).contains(value)) {
+            return self.unit_share(0, mesh) < NEARLY_ALL;
+        }
+        known().all(byte)
     }
 }
 
@@ -145,7 +150,10 @@ mod tests {
             taken(&[&[0.0, 0.0, 2.0], &[0.0, -3.5, 0.0]]),
             (vec![Vector::z() * 2.0, -3.5 * Vector::y()], None)
         );
-        let (normals, note) = taken(&[&[255.0, 128.0, 0.0], &[0.0, 0.0, 1.0]]);
-        assert!(normals.is_empty() && note.is_some());
+        for colours in [[[255.0, 128.0, 0.0], [0.0, 0.0, 1.0]], [[0.75, 0.5, 0.5], [0.25, 0.125, 1.0]]] {
+            let (normals, note) = taken(&colours.each_ref().map(<[f64; 3]>::as_slice));
+            assert!(normals.is_empty() && note.is_some(), "{colours:?}");
+        }
+        assert_eq!(taken(&[&[0.6, 0.8, 0.0], &[0.0, 0.0, 1.0]]).0.len(), 2);
     }
 }

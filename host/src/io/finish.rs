@@ -8,7 +8,7 @@ use crate::mesh::{Mesh, Point, Vector};
 ///
 /// Normals become unit vectors; if all are zero, or their number is not that of the points, they
 /// are dropped. Triangles that name a vertex twice are dropped, they cover nothing. Single vertices without
-/// finite coordinates are left out with a note.
+/// finite coordinates, and pixels of clouds without a measurement, are left out with a note.
 pub(super) fn finish(mut mesh: Mesh) -> Result<Loaded, Fault> {
     if mesh.points.is_empty() {
         return Err(Problem::NoVertices.in_whole());
@@ -17,7 +17,8 @@ pub(super) fn finish(mut mesh: Mesh) -> Result<Loaded, Fault> {
     if mesh.normals.len() != mesh.points.len() {
         mesh.normals.clear();
     }
-    let repairs = unknown::leave_out(&mut mesh)?.into_iter().collect();
+    let not_finite = unknown::leave_out(&mut mesh)?;
+    let repairs = not_finite.into_iter().chain(unknown::leave_out_origin(&mut mesh)).collect();
     mesh.triangles.retain(|[a, b, c]| a != b && b != c && c != a);
     mesh.normals = unit(mesh.normals);
     mesh.points.shrink_to_fit();

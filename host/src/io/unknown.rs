@@ -1,8 +1,9 @@
-//! Vertices whose coordinates are not numbers: pixels without a measurement in clouds, damage in meshes.
+//! Vertices whose coordinates are not numbers, or several at 0 0 0 in a cloud: pixels without a measurement in clouds, damage
+//! in meshes.
 
 use super::error::{Fault, Problem};
 use super::finish::is_finite;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Vector};
 
 /// Largest share of a mesh's vertices that is left out; a mesh that lacks more is damaged. Organised clouds
 /// have any number of pixels without a measurement.
@@ -36,10 +37,25 @@ pub(super) fn leave_out(mesh: &mut Mesh) -> Result<Option<String>, Fault> {
     Ok(Some(format!("{what} without finite coordinates left out")))
 }
 
+/// Takes the points of a cloud out that are all at 0 0 0, as scanners write pixels without a measurement; tells how many. A
+/// single one may be a point.
+pub(super) fn leave_out_origin(mesh: &mut Mesh) -> Option<String> {
+    let at_origin: Vec<bool> = mesh.points.iter().map(|p| p.coords == Vector::zeros()).collect();
+    let count = at_origin.iter().filter(|&&at| at).count();
+    if !mesh.triangles.is_empty() || count < 2 || count == at_origin.len() {
+        return None;
+    }
+    let mut left_out = at_origin.iter();
+    mesh.points.retain(|_| left_out.next() == Some(&false));
+    let mut left_out = at_origin.iter();
+    mesh.normals.retain(|_| left_out.next() == Some(&false));
+    Some(format!("{count} points at 0 0 0 left out: pixels without a measurement"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{Point, Vector};
+    use crate::mesh::Point;
 
     fn strip(count: u32) -> Mesh {
         Mesh {
@@ -57,6 +73,21 @@ mod tests {
         assert_eq!((mesh.points.len(), mesh.normals.len(), mesh.triangles.len()), (11, 11, 7));
         assert_eq!((mesh.triangles[0], mesh.triangles[1]), ([0, 1, 2], [3, 4, 5]));
         assert_eq!((mesh.points[3].x, mesh.normals[3].x), (4.0, 4.0));
+    }
+
+    #[test]
+    fn points_of_a_cloud_at_the_origin_are_left_out_unless_there_is_one_or_nothing_else() {
+        let mut cloud = Mesh { triangles: vec![], ..strip(6) };
+        assert_eq!(leave_out_origin(&mut cloud), None, "a single one");
+        cloud.points[4] = Point::new(0.0, -0.0, 0.0);
+        let note = leave_out_origin(&mut cloud);
+        assert!(note.is_some_and(|note| note.starts_with("2 points at 0 0 0")));
+        assert_eq!((cloud.points.len(), cloud.normals.len(), cloud.normals[3].x), (4, 4, 5.0));
+        let mut heap = Mesh { points: vec![Point::origin(); 9], ..Mesh::default() };
+        assert_eq!(leave_out_origin(&mut heap), None);
+        let mut mesh = strip(6);
+        mesh.points[4] = Point::origin();
+        assert_eq!(leave_out_origin(&mut mesh), None, "meshes have triangles at them");
     }
 
     #[test]

@@ -11,14 +11,14 @@ use lacuna::pose_fit::{PATCH, ROUNDS, Round, columns_len, sums_len};
 use lacuna::pose_row::steepness;
 use lacuna::standing::{INLIER, Standing};
 use lacuna::{Cloud, Model, Pose, PoseBuffers, PoseFit};
-use nalgebra::Similarity3;
+use nalgebra::{Similarity3, Vector3};
 use rayon::prelude::*;
 
 /// Points of a candidate's refinement.
 const FEW: usize = 400;
 /// Points of the best one's refinement; many more if less than [`CLEAN`] of the scan is near the class: hair and
 /// collar leave the size of a face to chance otherwise.
-const MANY: [usize; 2] = [1600, 6000];
+pub const MANY: [usize; 2] = [1600, 6000];
 /// Least share of a scan without clutter that is near the class.
 const CLEAN: f64 = 0.75;
 /// Farthest that a point of the class lies from the mean, class millimetres.
@@ -40,8 +40,8 @@ pub fn refined(
     candidates.par_iter().filter_map(from).collect()
 }
 
-/// The pose refined with about `MANY` of the points that may belong to the class, and what it explains of all points.
-/// Every n-th point is taken: two poses that nearly agree are refined with the same points.
+/// The pose refined with at least `MANY` of the points that may belong to the class, fewer than twice as many, and what it
+/// explains of all points. Every n-th point is taken: two poses that nearly agree are refined with the same points.
 pub fn settled(
     model: &Model<'_>,
     field: &Field,
@@ -50,9 +50,14 @@ pub fn settled(
 ) -> Result<Scored, lacuna::Error> {
     let near = near(field, points, &pose);
     let clean = near.len() as f64 >= CLEAN * points.points.len() as f64;
-    let stride = (near.len() / MANY[usize::from(!clean)]).max(1);
-    let chosen = near.iter().copied().filter(|i| i % stride == 0);
-    joint(model, points, (near.len(), chosen.collect()), pose, &ROUNDS)
+    let chosen = every_nth(&near, MANY[usize::from(!clean)]);
+    joint(model, points, (near.len(), chosen), pose, &ROUNDS)
+}
+
+/// Every n-th of the points, at least `least` of them if there are so many.
+pub fn every_nth(points: &[usize], least: usize) -> Vec<usize> {
+    let stride = (points.len() / least).max(1);
+    points.iter().copied().filter(|i| i % stride == 0).collect()
 }
 
 /// The numbers of the points that may belong to the class in a pose.
@@ -73,27 +78,49 @@ fn joint(
     rounds: &[Round],
 ) -> Result<Scored, lacuna::Error> {
     let refined = refine(model, &points.chosen(&chosen), pose, rounds)?;
-    let share = near as f64 / points.points.len().max(1) as f64;
-    Ok(Scored { inliers: share * refined.inliers, explained: share * refined.explained, ..refined })
+    Ok(refined.of_all(near as f64 / points.points.len().max(1) as f64))
 }
 
+/// Pose and shape fitted to points, and what they explain of them.
 pub(super) fn refine(
     model: &Model<'_>,
     points: &OrientedPoints,
     pose: Pose,
     rounds: &[Round],
 ) -> Result<Scored, lacuna::Error> {
+    let packed = points.packed();
+    let (pose, shape) = fitted(model, packed.cloud()?, pose, rounds)?;
+    Ok(scored(model, packed.cloud()?, pose, shape))
+}
+
+/// Pose and weights of the shape fitted to points.
+pub(super) fn fitted(
+    model: &Model<'_>,
+    cloud: Cloud<'_>,
+    pose: Pose,
+    rounds: &[Round],
+) -> Result<(Pose, Vec<f32>), lacuna::Error> {
     let modes = model.modes();
     let (mut normal, mut chunk) = (vec![0.0; sums_len(modes)], vec![0.0; sums_len(modes)]);
     let (mut columns, mut weights) = (vec![[0; PATCH]; columns_len(modes)], vec![0.0; modes]);
-    let packed = points.packed();
     let buffers =
         PoseBuffers { normal: &mut normal, chunk: &mut chunk, columns: &mut columns, weights: &mut weights };
-    let (pose, _, weights) = PoseFit::new(model, packed.cloud()?, usize::MAX, pose, rounds, buffers)?.run();
-    let (inliers, agreement) = agreement(model, packed.cloud()?, &pose, &Weights::new(weights));
+    let (pose, _, weights) = PoseFit::new(model, cloud, usize::MAX, pose, rounds, buffers)?.run();
+    Ok((pose, weights.to_vec()))
+}
+
+/// What a pose and a shape explain of points.
+pub(super) fn scored(model: &Model<'_>, cloud: Cloud<'_>, pose: Pose, shape: Vec<f32>) -> Scored {
+    let (inliers, agreement) = agreement(model, cloud, &pose, &Weights::new(&shape));
     let factor = f64::from(pose.scale) * f64::from(model.header().spacing);
-    let (size, shape) = (1.0 / factor, weights.to_vec());
-    Ok(Scored { pose, explained: agreement * factor.sqrt(), inliers, size, shape })
+    Scored { pose, explained: agreement * factor.sqrt(), inliers, size: 1.0 / factor, shape }
+}
+
+/// Signed distance of a place from the surface of `cube`, voxels, and the surface's normal, about as long as 1.
+pub fn signed_distance(cube: &mut Cube<'_, '_>, place: [f32; 3]) -> Option<(f32, Vector3<f32>)> {
+    let (distance, gradient) = cube.find(place)?.distance();
+    let steepness = steepness(gradient);
+    Some((distance / steepness, Vector3::from(gradient) / steepness))
 }
 
 /// Share of points that lie on the fitted surface and face its way; and the mean of (1 - (r / τ)²)² over all points, of

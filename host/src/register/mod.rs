@@ -2,17 +2,19 @@
 //!
 //! Tables and walls are left out ([`planes`]). Coarse search over point pairs, then every candidate is refined by the core's
 //! joint estimate of pose and shape, and the one that explains most of the scan wins. A search whose winner does not convince
-//! draws more pairs, and among much clutter other sizes are tried ([`resize`]).
+//! draws more pairs; among much clutter other sizes are tried ([`resize`]), and what lies beside the shape is left out ([`trim`]).
 
 pub mod field;
-pub mod icp;
 pub mod joint;
 pub mod pairs;
+pub mod partners;
 pub mod planes;
 pub mod probe;
 pub mod rank;
 pub mod resize;
 pub mod search;
+pub mod trim;
+pub mod umeyama;
 
 use crate::check::size;
 use crate::mesh::{Mesh, Point, Vector};
@@ -28,6 +30,7 @@ use rank::{Scored, by_what_they_explain, convincing, finals, next_best, possible
 use rayon::prelude::*;
 use resize::resized;
 use search::{Effort, Search};
+use trim::trimmed;
 
 /// A scan's place in the model: q = pose(p - centre), in voxels.
 #[derive(Clone, Copy, Debug)]
@@ -47,8 +50,18 @@ pub struct Registration {
     pub shape: Vec<f32>,
     /// Share of the scan's points within three class millimetres of the fitted surface, facing its way.
     pub inliers: f64,
-    /// The same for the best of the other candidates, 0 without any.
+    /// Share of the scan's points that are tables and walls, none of them inliers.
+    pub planes: f64,
+    /// What the best of the other poses that were tried explains as exactly, as such a share: `inliers` times the ratio of what
+    /// both explain ([`rank`]), at most `inliers`; 0 without any.
     pub runner_up: f64,
+}
+
+impl Registration {
+    /// Inliers as a share of the points that are no tables and walls.
+    pub fn explained(&self) -> f64 {
+        self.inliers / (1.0 - self.planes).max(f64::MIN_POSITIVE)
+    }
 }
 
 /// Why a scan cannot be registered.
@@ -59,6 +72,18 @@ pub enum Error {
         "the scan has only {0} points after thinning, at least 60 are needed: is it a scan of this class, in its unit?"
     )]
     TooFewPoints(usize),
+    /// A table or a wall, and hardly more.
+    #[error(
+        "{:.0} % of the scan is flat, a table or a wall, and the other {points} points after thinning are too few, at least 60 \
+         are needed: is there a scan of this class in it?",
+        100.0 * .planes
+    )]
+    OnlyPlanes {
+        /// Share of the scan that planes are.
+        planes: f64,
+        /// What is left.
+        points: usize,
+    },
     /// A size that does not fit.
     #[error(
         "the scan is {scan:.4} {unit} long and the model {model:.4} {unit}: they differ by more than a factor of {limit}. {hint}"
@@ -135,11 +160,22 @@ impl Prepared {
         Self { centre, points, share }
     }
 
+    /// Refuses what is too little for a pose.
+    fn check(&self) -> Result<(), Error> {
+        let (points, planes) = (self.points.points.len(), 1.0 - self.share);
+        match points {
+            60.. => Ok(()),
+            _ if planes > 0.5 => Err(Error::OnlyPlanes { planes, points }),
+            _ => Err(Error::TooFewPoints(points)),
+        }
+    }
+
     /// What was found, in terms of the whole scan.
     fn registration(&self, found: Scored, runner_up: f64) -> Registration {
         let Scored { pose, inliers, shape, .. } = found;
         let placed = Placed { centre: self.centre, pose };
-        Registration { placed, shape, inliers: self.share * inliers, runner_up: self.share * runner_up }
+        let [inliers, runner_up] = [inliers, runner_up].map(|share| self.share * share);
+        Registration { placed, shape, inliers, planes: 1.0 - self.share, runner_up }
     }
 }
 
@@ -171,9 +207,7 @@ pub fn register(model: &Model<'_>, scan: &Mesh, seed: u64) -> Result<Registratio
     check_size(scan, &field, model)?;
     let prepared = Prepared::new(scan, &field, model, seed);
     let points = &prepared.points;
-    if points.points.len() < 60 {
-        return Err(Error::TooFewPoints(points.points.len()));
-    }
+    prepared.check()?;
     let search = Search::new(&field, points, 1.0 / f64::from(model.header().spacing), seed);
     let mut ranked: Vec<Scored> = Vec::new();
     for (turn, effort) in EFFORTS.into_iter().enumerate() {
@@ -191,8 +225,11 @@ pub fn register(model: &Model<'_>, scan: &Mesh, seed: u64) -> Result<Registratio
     finals.sort_by(by_what_they_explain);
     let finals = resized(model, &field, points, finals);
     let Some((best, others)) = finals.split_first() else { return Err(Error::NoMatch) };
-    let runner_up = next_best(&field, best, others.iter().chain(&rest));
-    Ok(prepared.registration(best.clone(), runner_up))
+    // The others are not trimmed: they are compared with the best as it was before.
+    let next = next_best(&field, best, others.iter().chain(&rest)) / best.inliers.max(f64::MIN_POSITIVE);
+    let best = trimmed(model, &field, points, best.clone());
+    let runner_up = next.min(1.0) * best.inliers;
+    Ok(prepared.registration(best, runner_up))
 }
 
 /// Seed of the points tried as planes where nothing is searched for.
@@ -205,8 +242,9 @@ const SEED: u64 = 1;
 pub fn refine_hint(model: &Model<'_>, scan: &Mesh, hint: &Placed) -> Result<Registration, Error> {
     let field = Field::of_model(model);
     let prepared = Prepared::new(scan, &field, model, SEED);
-    let rough = hint.about(prepared.centre).pose;
-    Ok(prepared.registration(settled(model, &field, &prepared.points, rough)?, 0.0))
+    let (points, rough) = (&prepared.points, hint.about(prepared.centre).pose);
+    let settled = settled(model, &field, points, rough)?;
+    Ok(prepared.registration(trimmed(model, &field, points, settled), 0.0))
 }
 
 /// Iterations that draw the model as a whole to a shape.
@@ -227,7 +265,7 @@ const WHOLE: Round = Round {
 pub fn refine_whole(model: &Model<'_>, shape: &Mesh, known: &Placed) -> Result<Registration, Error> {
     let (centre, points) = centred(&thin(shape, f64::from(model.header().spacing)));
     let Scored { pose, inliers, shape, .. } = refine(model, &points, known.about(centre).pose, &[WHOLE])?;
-    Ok(Registration { placed: Placed { centre, pose }, shape, inliers, runner_up: 0.0 })
+    Ok(Registration { placed: Placed { centre, pose }, shape, inliers, planes: 0.0, runner_up: 0.0 })
 }
 
 /// Refuses scans that cannot be of the model's size in the model's unit.

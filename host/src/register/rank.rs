@@ -26,6 +26,23 @@ pub struct Scored {
     pub shape: Vec<f32>,
 }
 
+/// A pose that explains more of its scan leaves no room for clutter that could mislead it.
+const WITHOUT_CLUTTER: f64 = 0.6;
+
+impl Scored {
+    /// Whether clutter may mislead the pose.
+    pub fn is_among_clutter(&self) -> bool {
+        self.inliers < WITHOUT_CLUTTER
+    }
+
+    /// The same pose, with what it explains of all points if those it was scored with are this share of them and it explains
+    /// nothing of the others.
+    #[must_use]
+    pub fn of_all(self, share: f64) -> Self {
+        Self { inliers: share * self.inliers, explained: share * self.explained, ..self }
+    }
+}
+
 /// An order of poses, best first.
 pub fn by_what_they_explain(a: &Scored, b: &Scored) -> Ordering {
     b.explained.total_cmp(&a.explained)

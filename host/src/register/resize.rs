@@ -9,8 +9,6 @@ use crate::points::OrientedPoints;
 use lacuna::{Model, Pose};
 use rayon::prelude::*;
 
-/// A pose that explains more of its scan leaves no room for clutter that could mislead it.
-const SCENE: f64 = 0.6;
 /// Growths of the scan from which the pose is refined again.
 const GROWTHS: [f32; 4] = [0.8, 0.9, 1.1, 1.2];
 /// As often, while that helps.
@@ -24,7 +22,7 @@ pub fn resized(
     mut finals: Vec<Scored>,
 ) -> Vec<Scored> {
     for _ in 0..ROUNDS {
-        let Some(best) = finals.first().filter(|best| best.inliers < SCENE) else { break };
+        let Some(best) = finals.first().filter(|best| best.is_among_clutter()) else { break };
         let (pose, explained) = (best.pose, best.explained);
         let middle = middle(points, &near(field, points, &pose));
         let other = |&growth: &f32| settled(model, field, points, grown(&pose, &middle, growth)).ok();

@@ -135,7 +135,7 @@ impl<'a> Search<'a> {
         Similarity3::from_parts(translation.into(), pose.isometry.rotation, pose.scaling() * growth)
     }
 
-    /// The best guesses of one stream of draws, distinct ones only.
+    /// The best guesses of one stream of draws, hardly any two of them alike.
     fn guesses(&self, stream: u64, effort: Effort) -> Vec<Candidate> {
         let draws = effort.draws / STREAMS as usize;
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);

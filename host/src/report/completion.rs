@@ -19,7 +19,7 @@ pub struct Subject<'a> {
     pub scan: &'a str,
     /// The scan as it was read.
     pub original: &'a Mesh,
-    /// Scan to model, both in the model's unit.
+    /// From the scan as it is in its file to the model.
     pub scan_to_model: [[f64; 4]; 4],
     /// Names and values of the settings.
     pub settings: &'a [(&'a str, String)],

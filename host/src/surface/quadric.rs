@@ -5,6 +5,10 @@ use nalgebra::{SMatrix, SVector};
 /// Powers of u and v in the terms.
 const TERMS: [[usize; 2]; 6] = [[0, 0], [1, 0], [0, 1], [2, 0], [1, 1], [0, 2]];
 
+/// A term is left open by points of which less than this share of its squares is its own, and not that of the terms before it:
+/// copies of few points beside each other. In a disc it is a half at least.
+const OPEN: f64 = 1e-3;
+
 /// Sums over the points: all that the normal equations need.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Moments {
@@ -81,6 +85,10 @@ impl Moments {
             self.powers[place(a + c, b + d)]
         };
         let normal = SMatrix::<f64, 6, 6>::from_fn(entry).cholesky()?;
+        let own = |i: usize| normal.l_dirty()[(i, i)].powi(2) / entry(i, i);
+        if (0..TERMS.len()).any(|i| own(i) < OPEN) {
+            return None;
+        }
         let right = SVector::from(self.heights);
         let terms = normal.solve(&right);
         let left = (self.squares - terms.dot(&right)).max(0.0);
@@ -137,5 +145,11 @@ mod tests {
         let mut line = Moments::default();
         (0..50).for_each(|i| line.add(f64::from(i), 0.0, 1.0));
         assert_eq!(line.fit(0.0), None);
+        let mut copies = Moments::default();
+        for i in 0..60 {
+            let (at, beside) = (f64::from(i % 4), f64::from(i) * 1e-4);
+            copies.add(at * at - beside, at * at * at + beside, f64::from(i % 3));
+        }
+        assert_eq!(copies.fit(0.0), None, "of four points, each fifteen times");
     }
 }

@@ -15,6 +15,7 @@ mod tests;
 use super::Random;
 use crate::bvh::Bvh;
 use crate::mesh::{Mesh, Point, Vector};
+use crate::surface::keep_triangles;
 use camera::Camera;
 use depth::Depths;
 use nalgebra::{Isometry3, Matrix4, Similarity3, Translation3, UnitQuaternion};
@@ -111,7 +112,7 @@ pub struct Scan {
     pub points: Mesh,
     /// The true pose: a similarity, `p_scan = M p_model`.
     pub model_to_scan: Matrix4<f64>,
-    /// For each vertex of the truth: farther than 2 mm (of the model frame) from the mesh.
+    /// For each vertex of the truth: farther than 2 mm (of the model frame) from what was measured of it.
     pub missing: Vec<bool>,
 }
 
@@ -137,7 +138,7 @@ pub fn scan_among(truth: &Mesh, others: &Mesh, kind: Kind, settings: &Settings, 
         view_of(&camera, &depths, &(pose * off))
     };
     let views: Vec<View> = yaws(kind, seed).into_iter().zip(1..).map(&mut view).collect();
-    assemble(truth, views, &pose, settings.jump_mm)
+    assemble((truth, others), views, &pose, settings.jump_mm)
 }
 
 /// Degrees to the subject's left.
@@ -180,15 +181,34 @@ fn view_of(camera: &Camera, depths: &Depths, pose: &Similarity3<f64>) -> View {
     }
 }
 
-fn assemble(truth: &Mesh, views: Vec<View>, pose: &Similarity3<f64>, jump_mm: f64) -> Scan {
+fn assemble(
+    (truth, others): (&Mesh, &Mesh),
+    views: Vec<View>,
+    pose: &Similarity3<f64>,
+    jump_mm: f64,
+) -> Scan {
     let (mut mesh, mut points) = (Mesh::default(), Mesh::default());
     for view in &views {
         let sheet = sheet::sheet(view, jump_mm);
         points.append(&sheet::cloud(&sheet));
         mesh.append(&sheet::compacted(sheet));
     }
-    let missing = missing(truth, &mesh, pose);
+    let missing = missing(truth, &of_truth(&mesh, (truth, others), pose), pose);
     Scan { views, mesh, points, model_to_scan: pose.to_homogeneous(), missing }
+}
+
+/// The part of the measured surface that is nearer to the truth than to other things.
+fn of_truth(measured: &Mesh, (truth, others): (&Mesh, &Mesh), pose: &Similarity3<f64>) -> Mesh {
+    if others.triangles.is_empty() {
+        return measured.clone();
+    }
+    let (back, surfaces) = (pose.inverse(), [Bvh::new(others), Bvh::new(truth)]);
+    let is_other = |p: &Point| {
+        let [other, truth] = surfaces.each_ref().map(|of| of.closest(&(back * p), f64::INFINITY));
+        other.is_some_and(|other| truth.is_none_or(|truth| other.squared_distance < truth.squared_distance))
+    };
+    let others: Vec<bool> = measured.points.par_iter().map(is_other).collect();
+    keep_triangles(measured, |t| measured.triangles[t].iter().all(|&v| !others[v as usize]))
 }
 
 fn missing(truth: &Mesh, mesh: &Mesh, pose: &Similarity3<f64>) -> Vec<bool> {

@@ -12,7 +12,7 @@ use crate::distance::Surface;
 use crate::mesh::{Mesh, Point};
 use crate::points::{OrientedPoints, thin};
 use crate::register::field::Field;
-use crate::register::icp::{Outcome, Side, icp};
+use crate::register::partners::{Partners, Side, partners};
 use crate::register::search::{Candidate, Effort, Search};
 use lacuna::format::Jitter;
 use nalgebra::{Similarity3, Translation3, UnitQuaternion};
@@ -85,6 +85,9 @@ pub enum Error {
     )]
     Turned(usize),
 }
+
+/// Partners are looked for within this share of the size.
+const GATE: f64 = 0.1;
 
 /// Median distance, share of the size, and overlap within which shapes count as in one pose. Among 90 aligned
 /// faces the largest differs from the first by 0.051 with an overlap of 0.86.
@@ -197,10 +200,8 @@ pub fn elsewhere(shapes: &[Mesh]) -> Result<Vec<(usize, f64)>, Error> {
     let sides = sides(shapes)?;
     let [first, others @ ..] = sides.as_slice() else { return Ok(vec![]) };
     let size = shapes[0].bounds().map_or(1.0, |(low, high)| (high - low).max());
-    let here: Vec<Outcome> =
-        others.par_iter().map(|side| icp(side, first, Similarity3::identity(), 1, size)).collect();
-    let found = here.iter().enumerate().filter(|(_, outcome)| !together(outcome, size));
-    Ok(found.map(|(i, outcome)| (i + 1, outcome.overlap)).collect())
+    let here = others.iter().map(|side| partners(side, first, GATE * size)).enumerate();
+    Ok(here.filter(|(_, here)| !together(here, size)).map(|(i, here)| (i + 1, here.overlap)).collect())
 }
 
 fn sides(shapes: &[Mesh]) -> Result<Vec<Side>, Error> {
@@ -218,10 +219,10 @@ fn even(mesh: &Mesh, count: f64) -> OrientedPoints {
 }
 
 fn in_one_pose(side: &Side, first: &Side, size: f64) -> bool {
-    together(&icp(side, first, Similarity3::identity(), 1, size), size)
+    together(&partners(side, first, GATE * size), size)
 }
 
-fn together(here: &Outcome, size: f64) -> bool {
+fn together(here: &Partners, size: f64) -> bool {
     here.median < SAME_POSE.0 * size && here.overlap > SAME_POSE.1
 }
 

@@ -15,7 +15,7 @@
 use crate::mesh::{Point, Vector};
 use crate::points::OrientedPoints;
 use crate::register::field::Field;
-use crate::register::icp::similarity;
+use crate::register::umeyama::similarity;
 use nalgebra::{DMatrix, DVector, Similarity3};
 
 /// Highest degree of the polynomial, and the number of its monomials.

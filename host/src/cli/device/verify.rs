@@ -6,6 +6,7 @@ use super::{Common, Failure};
 use crate::cli::{inputs, say};
 use crate::complete::clean::clean;
 use crate::complete::noise::widest;
+use crate::complete::start::Known;
 use crate::complete::{Options, Start, fit_here, start};
 use crate::device::Scan;
 use crate::fit::Digests;
@@ -67,7 +68,8 @@ impl Verify {
             let rough = Options::of(&model);
             let start = start(&model, &mesh, &rough)?;
             let hint = pose_fit::Hint::Exact;
-            let exact = Start { hint, points: start.points.clone(), depth: None, ..start };
+            let known = Known { hint, ..start.known.clone() };
+            let exact = Start { thinned: start.thinned.clone(), known, depth: None };
             for (hint, start) in [("rough", &start), ("exact", &exact)] {
                 let report = compare(&mut client, &model, format!("{name}, {hint} pose"), start, schedule)?;
                 if !common.json {

@@ -112,6 +112,18 @@ pub fn read(path: &Path) -> Result<Vec<DepthView>, Error> {
     views.into_iter().map(|view| load_view(folder, &description, view)).collect()
 }
 
+/// The files that [`read`] reads of a path; no more than the description where that cannot be read.
+pub fn files(path: &Path) -> Vec<PathBuf> {
+    let (json, only) = locate(path);
+    let description = super::load(&json).ok().and_then(|bytes| Description::parse(&bytes).ok());
+    let folder = json.parent().unwrap_or(Path::new("."));
+    let images = description.into_iter().flat_map(|description| description.views);
+    let mut files: Vec<PathBuf> = images.map(|view| folder.join(view.depth)).collect();
+    files.extend(only.map(Path::to_path_buf));
+    files.push(json);
+    files
+}
+
 /// The description that belongs to a path, and the only image wanted if an image was named.
 fn locate(path: &Path) -> (PathBuf, Option<&Path>) {
     if path.is_dir() {
