@@ -5,6 +5,7 @@ use lacuna::Model;
 use lacuna::format::Jitter;
 use lacuna::pose_fit::{EXACT, Hint, ROUNDS};
 use lacuna_fixtures::VERSIONS;
+use lacuna_host::complete::verdict::Grade;
 use lacuna_host::complete::{self, Options, start};
 use lacuna_host::fit::fit;
 use lacuna_host::mesh::Mesh;
@@ -67,6 +68,26 @@ fn an_exact_pose_moves_as_far_as_the_training_shapes_lay_apart() {
     println!("held {held}, firm {firm}, loose {loose} mm");
     assert_eq!(held, 0.0);
     assert!(firm < 0.05 && loose > 1.0, "firm {firm}, loose {loose} mm");
+}
+
+/// By the shape of the global fit: no other is fitted, and up to a quarter of a head lies farther than 3 mm from the mean.
+#[test]
+fn a_held_pose_is_judged_by_a_shape_and_not_by_the_mean() {
+    let shapes: Vec<Mesh> = (0..8).map(|number| Head::sample(1, number).mesh()).collect();
+    let bytes = coarse(&shapes, None);
+    let model = Model::from_bytes(&bytes).expect("a model");
+    for sample in heads(1001..=1004).step_by(2) {
+        let to_shapes = sample.model_to_scan.try_inverse().expect("a similarity");
+        let exact = placed(&to_voxels(&model, &nalgebra::convert_unchecked(to_shapes)));
+        let options = Options { hint: complete::Hint::Exact(exact), ..Options::of(&model) };
+        let found = complete::complete::<lacuna::Fixed>(&model, &sample.scan, &options).expect("a head");
+        let [inliers, _] = found.verdict.pose_inliers;
+        let of_the_mean = f64::from(found.fit.outcome.inliers)
+            / start(&model, &sample.scan, &options).expect("a start").thinned.points.points.len() as f64;
+        println!("{of_the_mean} by the mean, {inliers}, {:?}", found.verdict);
+        assert!(inliers > 0.85 && inliers > of_the_mean + 0.02, "{:?}", found.verdict);
+        assert_eq!(found.verdict.grade, Grade::Good, "{:?}", found.verdict);
+    }
 }
 
 #[test]

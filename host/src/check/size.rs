@@ -87,7 +87,7 @@ mod tests {
             ..Mesh::default()
         };
         assert_eq!(of_mesh(&scan), 995.0, "two at either end may be stray");
-        scan.points[500] = Point::new(-9e9, 0.0, 9e9);
+        scan.points[500] = Point::new(-9e9, 500.0, 9e9);
         assert_eq!(of_mesh(&scan), 995.0);
         scan.points.truncate(3);
         assert_eq!(of_mesh(&scan), 2.0);
