@@ -1,7 +1,8 @@
 //! A scan that does not fit: would it, turned inside out or mirrored? Asked only after a bad fit, and only told.
 
+use crate::complete::verdict::is_of_the_class;
 use crate::mesh::Mesh;
-use crate::register::{self, rank::SIZES};
+use crate::register::{self, Registration, rank::SIZES};
 use lacuna::Model;
 
 /// A change of the scan with which it fits.
@@ -52,6 +53,14 @@ impl Alternative {
             }
         }
     }
+}
+
+/// As [`advice`], on a pose that was found.
+pub fn advice_on(model: &Model<'_>, scan: &Mesh, seed: u64, found: &Registration) -> Option<String> {
+    if is_of_the_class(found) {
+        return None;
+    }
+    advice(model, scan, seed, (found.explained(), found.placed.size(model)))
 }
 
 /// What would make a scan fit, if it is doubtful whether it does in the pose that was found: so much of it `explained`, tables

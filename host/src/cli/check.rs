@@ -118,7 +118,7 @@ impl Check {
                 let odd = verdict::of_pose(&found, scale);
                 let finding = |(grade, text)| if grade == Grade::Reject { refused(text) } else { note(text) };
                 checked.findings.extend(odd.map(finding));
-                let advice = alternatives::advice(model, &scan, self.seed, (found.explained(), scale));
+                let advice = alternatives::advice_on(model, &scan, self.seed, &found);
                 checked.findings.extend(advice.map(note));
                 Some(found.inliers)
             }

@@ -53,7 +53,7 @@ impl Register {
         }
         let scale = found.placed.size(&model);
         let odd = verdict::of_pose(&found, scale).map(|(_, text)| text);
-        let advice = alternatives::advice(&model, &scan, self.subject.seed, (found.explained(), scale));
+        let advice = alternatives::advice_on(&model, &scan, self.subject.seed, &found);
         let report = Report {
             scan_to_model: inputs::matrix(&found.placed, &model, self.subject.factor(&model)),
             scale,

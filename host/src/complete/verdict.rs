@@ -106,21 +106,32 @@ impl Findings {
 
 /// What is to be said about a pose that was found for a scan, `scale` times as large as the class.
 pub fn of_pose(found: &Registration, scale: f64) -> impl Iterator<Item = (Grade, String)> {
-    scene(found.inliers).or_else(|| doubtful(found.explained())).into_iter().chain(size(scale))
+    doubtful(found).or_else(|| scene(found.inliers)).into_iter().chain(size(scale))
 }
 
-/// Below this share of a scan without tables and walls clutter or another kind of object is most of it.
-const DOUBTFUL: f64 = 0.5;
-
-fn doubtful(explained: f64) -> Option<(Grade, String)> {
-    let share = percent(explained);
-    let text = format!(
-        "only {share} of the scan, tables and walls aside, lies on the fitted shape: much clutter, normals that face both ways, or another kind of object?"
-    );
-    (explained < DOUBTFUL).then_some((Grade::Check, text))
+/// Whether what a pose explains lies exactly on a usual shape: then the rest of the scan is clutter.
+pub fn is_of_the_class(found: &Registration) -> bool {
+    let squares: f64 = found.shape.iter().map(|&weight| f64::from(weight).powi(2)).sum();
+    let norm = (squares / found.shape.len().max(1) as f64).sqrt();
+    found.exactness >= EXACT && norm < UNUSUAL
 }
 
-/// What it means, for a scan of which a pose explains so little; none where that is enough.
+/// Below these shares of a scan without tables and walls clutter or another kind of object is most of it; the latter. A raw
+/// photogrammetry scan with hair and shoulders 0.33, half a head with shoulders 0.26 to 0.36; a femur 0.17, a sphere 0.1.
+const DOUBTFUL: [f64; 2] = [0.5, 0.2];
+
+/// What it means that a pose explains so little of a scan; none where that is enough.
+fn doubtful(found: &Registration) -> Option<(Grade, String)> {
+    let explained = found.explained();
+    let other = explained < DOUBTFUL[1] && !is_of_the_class(found);
+    let grade = if other { Grade::Reject } else { Grade::Check };
+    let (share, what) =
+        (percent(explained), "much clutter, normals that face both ways, or another kind of object?");
+    let text = format!("only {share} of the scan, tables and walls aside, lies on the fitted shape: {what}");
+    (explained < DOUBTFUL[0]).then_some((grade, text))
+}
+
+/// What it means that a pose explains so little of a whole scan; none where that is enough.
 fn scene(pose: f64) -> Option<(Grade, String)> {
     let grade = if pose < LEAST_POSE { Grade::Reject } else { Grade::Check };
     let share = percent(pose);
@@ -287,5 +298,32 @@ mod tests {
         assert_eq!(odd.judged(1.0, "mm").reasons.len(), 4);
         let strange = Verdict { inlier_share: 0.3, weight_norm: 3.0, ..typical() }.judged(1.0, "mm");
         assert_eq!((strange.grade, strange.reasons.len()), (Grade::Reject, 2));
+    }
+
+    #[test]
+    fn what_a_pose_alone_tells_of_a_scan() {
+        use crate::mesh::Point;
+        use crate::register::Placed;
+        let placed = Placed { centre: Point::origin(), pose: lacuna::Pose::IDENTITY };
+        let found = |inliers: f64, planes: f64, exactness: f64| Registration {
+            placed,
+            shape: vec![1.0],
+            inliers,
+            exactness,
+            planes,
+            runner_up: 0.0,
+        };
+        let told = |found: &Registration| of_pose(found, 1.0).map(|(grade, _)| grade).collect::<Vec<_>>();
+        assert_eq!(told(&found(0.9, 0.0, 0.7)), []);
+        assert_eq!(told(&found(0.33, 0.0, 0.67)), [Grade::Check], "a head with shoulders");
+        assert_eq!(told(&found(0.17, 0.0, 0.67)), [Grade::Reject], "a femur");
+        assert_eq!(told(&found(0.17, 0.0, 0.8)), [Grade::Check], "a face among hair and clothes");
+        assert_eq!(
+            told(&Registration { shape: vec![3.0], ..found(0.17, 0.0, 0.8) }),
+            [Grade::Reject],
+            "a sphere"
+        );
+        assert_eq!(told(&found(0.2, 0.75, 0.7)), [Grade::Check], "on a table, of which it is told");
+        assert_eq!(told(&found(0.3, 0.7, 0.7)), []);
     }
 }

@@ -50,6 +50,8 @@ pub struct Registration {
     pub shape: Vec<f32>,
     /// Share of the scan's points within three class millimetres of the fitted surface, facing its way.
     pub inliers: f64,
+    /// How exactly they lie on it: the mean of (1 - (r / 3)²)², r their distances in class millimetres; 0 without any.
+    pub exactness: f64,
     /// Share of the scan's points that are tables and walls, none of them inliers.
     pub planes: f64,
     /// What the best of the other poses that were tried explains as exactly, as such a share: `inliers` times the ratio of what
@@ -172,10 +174,11 @@ impl Prepared {
 
     /// What was found, in terms of the whole scan.
     fn registration(&self, found: Scored, runner_up: f64) -> Registration {
+        let exactness = found.exactness();
         let Scored { pose, inliers, shape, .. } = found;
         let placed = Placed { centre: self.centre, pose };
         let [inliers, runner_up] = [inliers, runner_up].map(|share| self.share * share);
-        Registration { placed, shape, inliers, planes: 1.0 - self.share, runner_up }
+        Registration { placed, shape, inliers, exactness, planes: 1.0 - self.share, runner_up }
     }
 }
 
@@ -264,8 +267,9 @@ const WHOLE: Round = Round {
 /// As for [`refine_hint`].
 pub fn refine_whole(model: &Model<'_>, shape: &Mesh, known: &Placed) -> Result<Registration, Error> {
     let (centre, points) = centred(&thin(shape, f64::from(model.header().spacing)));
-    let Scored { pose, inliers, shape, .. } = refine(model, &points, known.about(centre).pose, &[WHOLE])?;
-    Ok(Registration { placed: Placed { centre, pose }, shape, inliers, planes: 0.0, runner_up: 0.0 })
+    let whole = Prepared { centre, points, share: 1.0 };
+    let found = refine(model, &whole.points, known.about(centre).pose, &[WHOLE])?;
+    Ok(whole.registration(found, 0.0))
 }
 
 /// Refuses scans that cannot be of the model's size in the model's unit.

@@ -35,6 +35,11 @@ impl Scored {
         self.inliers < WITHOUT_CLUTTER
     }
 
+    /// How exactly the inliers lie on the fitted surface: the mean of (1 - (r / τ)²)² over them; 0 without any.
+    pub fn exactness(&self) -> f64 {
+        self.explained * self.size.sqrt() / self.inliers.max(f64::MIN_POSITIVE)
+    }
+
     /// The same pose, with what it explains of all points if those it was scored with are this share of them and it explains
     /// nothing of the others.
     #[must_use]
