@@ -16,8 +16,8 @@ use lacuna::{Model, pose_fit, sample};
 pub const CELL: f64 = 0.5;
 /// With fewer points than this on the model the pose is wrong: all are kept, so that the fit can tell.
 const FEWEST: usize = 60;
-/// Points farther from the shape fitted with the pose are clutter, class millimetres. The pose may still move: what the
-/// core leaves out of the hull lies farther than 8.
+/// Points farther from the shape fitted with the pose are clutter, class millimetres: the core leaves them out of the hull,
+/// too, but takes the pose from them.
 const BESIDE: f32 = 8.0;
 /// Least share of the points where the model has something that lie near the shape, in a scan without much clutter.
 const CLEAN: f64 = 0.75;
@@ -156,10 +156,7 @@ fn voxels(placed: &Placed, p: &Point) -> [f32; 3] {
 fn belongs(model: &Model<'_>, fitted: &Registration, p: &Point) -> bool {
     let weights = Weights::new(&fitted.shape);
     let found = signed_distance(&mut Cube::new(model, &weights), voxels(&fitted.placed, p));
-    found.is_some_and(|(distance, _)| {
-        distance.abs()
-            <= std::env::var("BES").map_or(BESIDE, |v| v.parse().unwrap()) * model.header().scales.millimetre
-    })
+    found.is_some_and(|(distance, _)| distance.abs() <= BESIDE * model.header().scales.millimetre)
 }
 
 #[cfg(test)]
