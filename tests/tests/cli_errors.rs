@@ -151,6 +151,11 @@ fn a_missing_output_folder_is_named() {
     let folder = tempdir().unwrap();
     let complaint = refuses(folder.path(), &["complete", "-o", "no/such/folder/completed.ply"]);
     assert_says(&complaint, &["no/such/folder/completed.ply"]);
+    // Before any work is done: two shapes far too coarse for a model would be the reason otherwise.
+    assert!(lacuna(folder.path(), &["synth", "heads", "heads", "-c", "2"]).status.success());
+    let train = ["train", "heads", "--spacing", "300", "-o", "no/head.lacuna"];
+    assert_says(&refuses(folder.path(), &train), &["no/head.lacuna", "does not exist"]);
+    assert_says(&refuses(folder.path(), &["inspect", "--modes", "no/modes.png"]), &["does not exist"]);
 }
 
 #[test]

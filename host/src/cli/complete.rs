@@ -145,17 +145,6 @@ impl Complete {
         let mut read = self.subject.files();
         read.extend(self.pose.iter().chain(&self.pose_hint).map(PathBuf::from));
         outputs::check(&read, &files)?;
-        for Output { path, .. } in files {
-            let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-            if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
-                let message = format!(
-                    "cannot write {}: the folder {} does not exist",
-                    path.display(),
-                    folder.display()
-                );
-                return Err(message.into());
-            }
-        }
         self.report.as_deref().map_or(Ok(()), inputs::report_folder)
     }
 

@@ -22,8 +22,14 @@ pub struct Output<'a> {
 const KNOWN: [&str; 14] =
     ["ply", "obj", "stl", "pcd", "xyz", "png", "jpg", "jpeg", "svg", "json", "html", "csv", "lacuna", "gltf"];
 
-/// Refuses outputs that would overwrite one of the inputs or each other, or whose names say another format.
+/// As [`apart`], and refuses before any work is done what cannot be written.
 pub fn check(inputs: &[impl AsRef<Path>], outputs: &[Output<'_>]) -> Result<(), Failure> {
+    apart(inputs, outputs)?;
+    outputs.iter().try_for_each(|output| writable(output.path))
+}
+
+/// Refuses outputs that would overwrite one of the inputs or each other, or whose names say another format.
+pub fn apart(inputs: &[impl AsRef<Path>], outputs: &[Output<'_>]) -> Result<(), Failure> {
     let inputs: Vec<PathBuf> = inputs.iter().filter_map(|path| identity(path.as_ref())).collect();
     for (number, output) in outputs.iter().enumerate() {
         let (option, name) = (output.option, output.path.display());
@@ -43,6 +49,19 @@ pub fn check(inputs: &[impl AsRef<Path>], outputs: &[Output<'_>]) -> Result<(), 
         }
     }
     Ok(())
+}
+
+fn writable(path: &Path) -> Result<(), Failure> {
+    let name = path.display();
+    if path.is_dir() {
+        return Err(format!("cannot write {name}: it is a folder").into());
+    }
+    match path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
+        Some(folder) => {
+            Err(format!("cannot write {name}: the folder {} does not exist", folder.display()).into())
+        }
+        None => Ok(()),
+    }
 }
 
 fn usage(text: String) -> Result<(), Failure> {
@@ -87,6 +106,9 @@ mod tests {
         let twice = [output("--output", &result, "ply"), output("--local-surface", &result, "ply")];
         assert!(said(&twice).unwrap_err().contains("--local-surface and --output are both"));
         assert!(said(&[output("--picture", &result, "png")]).unwrap_err().contains(".png"));
+        let nowhere = folder.path().join("no").join("result.ply");
+        assert!(said(&[output("--output", &nowhere, "ply")]).unwrap_err().ends_with("does not exist"));
+        assert!(said(&[output("--output", folder.path(), "ply")]).unwrap_err().ends_with("is a folder"));
     }
 
     #[cfg(unix)]

@@ -184,7 +184,7 @@ impl OneScan {
     fn check_outputs(&self) -> Result<(), Failure> {
         let paths = ["truth.ply", "mesh.ply", "points.ply"].map(|name| self.folder.join(name));
         let files = paths.each_ref().map(|path| Output { option: "the file", path, format: "ply" });
-        outputs::check(self.mesh.as_slice(), &files)
+        outputs::apart(self.mesh.as_slice(), &files)
     }
 
     /// What is around it.

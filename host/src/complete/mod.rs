@@ -8,7 +8,9 @@ pub mod dense;
 pub mod depth_rows;
 pub mod diffusion;
 pub mod extrapolate;
+pub mod fitted;
 pub mod level;
+pub mod measured;
 pub mod merge;
 pub mod noise;
 pub mod picture;
@@ -19,26 +21,21 @@ pub mod unsettled;
 pub mod verdict;
 pub mod zero_level;
 
-use crate::distance::Surface;
 use crate::fit::{Fit, fit};
-use crate::mesh::{Mesh, Point};
-use crate::points::{OrientedPoints, thin};
-use crate::register::{self, Placed, joint};
+use crate::mesh::Mesh;
+use crate::register::{self, Placed};
 use crate::sentence::sentence;
 use crate::surface::fair;
-use crate::uncertainty::cues::{Cue, cues};
-use crate::uncertainty::hidden;
-use crate::uncertainty::posterior::Posterior;
+use crate::uncertainty::cues::Cue;
 use crate::uncertainty::spread::spread;
 use crate::uncertainty::{Expected, Share, shares};
 use crate::unit;
 use clean::Cleaned;
 use clutter::{APART, Clutter};
-use dense::Dense;
+use fitted::{Agreement, Fitted};
 use lacuna::completion::Settings;
-use lacuna::corners::Weights;
-use lacuna::cube::Cube;
-use lacuna::{Arithmetic, Model, Reach, Schedule, Standing};
+use lacuna::{Arithmetic, Model, Reach, Schedule};
+use measured::{Measured, scan_surface};
 use merge::{Limits, MEASURED, Merged};
 use noise::Noise;
 pub use start::{Hint, Start, start};
@@ -124,8 +121,6 @@ pub enum Error {
 const MOTION: f64 = 4.0;
 /// Largest step at the seam, class millimetres.
 const STEP: f64 = 0.25;
-/// How far from the scan its own distances are looked up, voxels.
-const OWN_REACH: f64 = 2.0;
 /// Rounds that the fitted surface is made fair before it is moved onto the scan.
 const FAIRING: usize = 15;
 
@@ -231,168 +226,9 @@ fn with_pieces(
     Ok((scan, measured, start))
 }
 
-/// What the core's fit says about the scan's points.
-struct Fitted<'m> {
-    /// Where the scan lies.
-    placed: Placed,
-    /// The points that the core did not leave out, centred.
-    points: OrientedPoints,
-    /// Weights of the shape that was found with the pose; those of the global fit where the pose was held.
-    shape: Vec<f32>,
-    global: Dense,
-    local: Dense,
-    /// What the points leave undecided; none where none of them lies on the model.
-    posterior: Option<Posterior<'m>>,
-}
-
-impl<'m> Fitted<'m> {
-    fn new(model: &'m Model<'m>, start: &Start, fit: &Fit) -> Self {
-        let placed = Placed { centre: start.thinned.rough.centre, pose: fit.outcome.pose };
-        let points = without_clutter(model, start, fit);
-        let held = start.is_held(model);
-        let shape =
-            if held { fit.global.iter().map(|&weight| weight as f32).collect() } else { fit.shape.clone() };
-        let posterior = Posterior::new(model, &points, &placed.pose, &shape, !held);
-        let [global, local] =
-            [&fit.global_distances, &fit.local_distances].map(|distances| Dense::new(model, distances));
-        Self { placed, points, shape, global, local, posterior }
-    }
-
-    /// The pose of the centred points.
-    fn centred(&self) -> Placed {
-        Placed { centre: Point::origin(), ..self.placed }
-    }
-
-    /// The local fit's distances: without what did not settle, with the volume to be expected where nobody looked, and the
-    /// scan's own beyond what the model stores.
-    fn drawn_to(&self, model: &Model<'_>, scan: &Surface) -> Dense {
-        let (mut drawn, centred) = (self.local.clone(), self.centred());
-        let voxels: Vec<Point> = self.points.points.iter().map(|p| centred.to_model(p)).collect();
-        let near = OWN_REACH / f64::from(self.placed.pose.scale);
-        // A voxel hears of the nodes around it, and they reach as far again.
-        let reach = 2 * usize::from(model.header().stride);
-        let own = |i: usize| self.global.measured(i, scan, &self.placed, near);
-        let measured = diffusion::diffuse(&mut drawn, &self.global, &voxels, reach, own);
-        if let Some(posterior) = &self.posterior {
-            let deviations = level::deviations(&drawn, posterior);
-            level::level(&mut drawn, &deviations, &measured);
-        }
-        drawn.extend(model, scan, &self.placed, &voxels);
-        drawn
-    }
-
-    /// What is known at each vertex of the completed mesh about its error.
-    fn cues(&self, model: &Model<'_>, merged: &Merged) -> Vec<Cue> {
-        let Some(posterior) = &self.posterior else { return vec![] };
-        let hidden = hidden::error(&self.points.normals) * model.header().scales.millimetre;
-        cues(posterior, &self.placed, merged, hidden)
-    }
-
-    /// How the points, of `all` in the scan, lie on the surface of the local fit.
-    fn agreement(&self, model: &Model<'_>, all: usize) -> Agreement {
-        let (reach, centred) = (2.0 * f64::from(model.header().scales.millimetre), self.centred());
-        let (mut near, mut inliers, mut squares) = (0usize, 0usize, 0.0);
-        for point in &self.points.points {
-            if let Some((d, gradient)) = self.local.at(&centred.to_model(point)) {
-                near += 1;
-                let r = d / gradient.norm().max(0.3);
-                if r.abs() <= reach {
-                    inliers += 1;
-                    squares += r * r;
-                }
-            }
-        }
-        Agreement {
-            inliers: inliers as f64 / near.max(1) as f64,
-            rms: (squares / inliers.max(1) as f64).sqrt(),
-            outside: (self.points.points.len() - near) as f64 / all.max(1) as f64,
-        }
-    }
-
-    /// Share of the points of a start that lie on the surface of `shape`, and how exactly these do; none without any.
-    fn explained(&self, model: &Model<'_>, start: &Start) -> (f64, Option<f64>) {
-        let packed = start.packed();
-        let Ok(cloud) = packed.cloud() else { return (0.0, None) };
-        let (inliers, agreement) =
-            joint::agreement(model, cloud, &self.placed.pose, &Weights::new(&self.shape));
-        (inliers, (inliers > 0.0).then(|| agreement / inliers))
-    }
-}
-
-/// The scan for closest point queries.
-struct Measured {
-    surface: Surface,
-    sideways: Option<f64>,
-}
-
-/// Edge of a cloud's cubes where its points are close together, and where they are far apart, voxels.
-const SURFEL: [f64; 2] = [0.3, 1.0];
-/// Cubes are large enough when at most this share of the points is left.
-const LEFT: f64 = 0.7;
-
-/// A mesh as it is; a cloud as one small triangle a point, about as large as points are apart.
-fn scan_surface(scan: &Mesh, model: &Model<'_>) -> Result<Measured, Error> {
-    if !scan.triangles.is_empty() {
-        let surface = Surface::new(scan).ok_or(Error::NoSurface("the scan's triangles have no area"))?;
-        return Ok(Measured { surface, sideways: None });
-    }
-    let [mut cell, widest] = SURFEL.map(|voxels| voxels * f64::from(model.header().spacing));
-    let mut points = thin(scan, cell);
-    while cell < widest && points.points.len() as f64 > LEFT * scan.points.len() as f64 {
-        cell *= 1.25;
-        points = thin(scan, cell);
-    }
-    let surface = Surface::new(&surfels(&points, cell));
-    let surface = surface.ok_or(Error::NoSurface("the scan has no oriented points"))?;
-    Ok(Measured { surface, sideways: Some(1.5 * cell) })
-}
-
-fn surfels(points: &OrientedPoints, size: f64) -> Mesh {
-    let mut mesh = Mesh::default();
-    for (point, normal) in points.points.iter().zip(&points.normals) {
-        let first = mesh.points.len() as u32;
-        let across = nalgebra::Vector3::ith(normal.iamin(), 1.0).cross(normal).normalize() * size;
-        let along = normal.cross(&across);
-        mesh.points.extend([
-            point + across,
-            point - across * 0.5 + along * 0.8,
-            point - across * 0.5 - along * 0.8,
-        ]);
-        mesh.triangles.push([first, first + 1, first + 2]);
-    }
-    mesh
-}
-
-/// The points that the core did not leave out.
-fn without_clutter(model: &Model<'_>, start: &Start, fit: &Fit) -> OrientedPoints {
-    if start.is_held(model) {
-        return start.thinned.points.clone();
-    }
-    let packed = start.packed();
-    let cloud = packed.cloud();
-    let (pose, shape) = (&fit.outcome.pose, Weights::new(&fit.shape));
-    let mut cube = Cube::new(model, &shape);
-    let kept = |&i: &usize| {
-        let Ok(Some((p, n))) = cloud.map(|cloud| cloud.point(i)) else { return false };
-        Standing::of(&mut cube, pose.apply(p), pose.rotate(n)) != Standing::Clutter
-    };
-    let kept: Vec<usize> = (0..start.thinned.points.points.len()).filter(kept).collect();
-    start.thinned.points.chosen(&kept)
-}
-
 /// One class millimetre in the scan's unit.
 fn class_millimetre(model: &Model<'_>, placed: &Placed) -> f64 {
     f64::from(model.header().scales.millimetre) / f64::from(placed.pose.scale)
-}
-
-/// How the points lie on the fitted surface.
-struct Agreement {
-    /// Share of the points near the model, clutter aside, that are within two class millimetres.
-    inliers: f64,
-    /// Their root mean square distance, voxels.
-    rms: f64,
-    /// Share of all points, clutter among them, that lie where the model stores nothing.
-    outside: f64,
 }
 
 fn judge(

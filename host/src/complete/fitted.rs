@@ -1,0 +1,138 @@
+//! What the core's fit says about the scan's points, and the surface that is drawn from it to the scan.
+
+use super::dense::Dense;
+use super::merge::Merged;
+use super::start::Start;
+use super::{diffusion, level};
+use crate::distance::Surface;
+use crate::fit::Fit;
+use crate::mesh::Point;
+use crate::points::OrientedPoints;
+use crate::register::{Placed, joint};
+use crate::uncertainty::cues::{Cue, cues};
+use crate::uncertainty::hidden;
+use crate::uncertainty::posterior::Posterior;
+use lacuna::corners::Weights;
+use lacuna::cube::Cube;
+use lacuna::{Model, Standing};
+
+/// How far from the scan its own distances are looked up, voxels.
+const OWN_REACH: f64 = 2.0;
+
+/// What the core's fit says about the scan's points.
+pub struct Fitted<'m> {
+    /// Where the scan lies.
+    pub placed: Placed,
+    /// The points that the core did not leave out, centred.
+    points: OrientedPoints,
+    /// Weights of the shape that was found with the pose; those of the global fit where the pose was held.
+    shape: Vec<f32>,
+    /// Distances of the global fit.
+    pub global: Dense,
+    /// Distances of the local fit.
+    pub local: Dense,
+    /// What the points leave undecided; none where none of them lies on the model.
+    pub posterior: Option<Posterior<'m>>,
+}
+
+impl<'m> Fitted<'m> {
+    /// From a start and what the core made of it.
+    pub fn new(model: &'m Model<'m>, start: &Start, fit: &Fit) -> Self {
+        let placed = Placed { centre: start.thinned.rough.centre, pose: fit.outcome.pose };
+        let points = without_clutter(model, start, fit);
+        let held = start.is_held(model);
+        let shape =
+            if held { fit.global.iter().map(|&weight| weight as f32).collect() } else { fit.shape.clone() };
+        let posterior = Posterior::new(model, &points, &placed.pose, &shape, !held);
+        let [global, local] =
+            [&fit.global_distances, &fit.local_distances].map(|distances| Dense::new(model, distances));
+        Self { placed, points, shape, global, local, posterior }
+    }
+
+    /// The pose of the centred points.
+    fn centred(&self) -> Placed {
+        Placed { centre: Point::origin(), ..self.placed }
+    }
+
+    /// The local fit's distances: without what did not settle, with the volume to be expected where nobody looked, and the
+    /// scan's own beyond what the model stores.
+    pub fn drawn_to(&self, model: &Model<'_>, scan: &Surface) -> Dense {
+        let (mut drawn, centred) = (self.local.clone(), self.centred());
+        let voxels: Vec<Point> = self.points.points.iter().map(|p| centred.to_model(p)).collect();
+        let near = OWN_REACH / f64::from(self.placed.pose.scale);
+        // A voxel hears of the nodes around it, and they reach as far again.
+        let reach = 2 * usize::from(model.header().stride);
+        let own = |i: usize| self.global.measured(i, scan, &self.placed, near);
+        let measured = diffusion::diffuse(&mut drawn, &self.global, &voxels, reach, own);
+        if let Some(posterior) = &self.posterior {
+            let deviations = level::deviations(&drawn, posterior);
+            level::level(&mut drawn, &deviations, &measured);
+        }
+        drawn.extend(model, scan, &self.placed, &voxels);
+        drawn
+    }
+
+    /// What is known at each vertex of the completed mesh about its error.
+    pub fn cues(&self, model: &Model<'_>, merged: &Merged) -> Vec<Cue> {
+        let Some(posterior) = &self.posterior else { return vec![] };
+        let hidden = hidden::error(&self.points.normals) * model.header().scales.millimetre;
+        cues(posterior, &self.placed, merged, hidden)
+    }
+
+    /// How the points, of `all` in the scan, lie on the surface of the local fit.
+    pub fn agreement(&self, model: &Model<'_>, all: usize) -> Agreement {
+        let (reach, centred) = (2.0 * f64::from(model.header().scales.millimetre), self.centred());
+        let (mut near, mut inliers, mut squares) = (0usize, 0usize, 0.0);
+        for point in &self.points.points {
+            if let Some((d, gradient)) = self.local.at(&centred.to_model(point)) {
+                near += 1;
+                let r = d / gradient.norm().max(0.3);
+                if r.abs() <= reach {
+                    inliers += 1;
+                    squares += r * r;
+                }
+            }
+        }
+        Agreement {
+            inliers: inliers as f64 / near.max(1) as f64,
+            rms: (squares / inliers.max(1) as f64).sqrt(),
+            outside: (self.points.points.len() - near) as f64 / all.max(1) as f64,
+        }
+    }
+
+    /// Share of the points of a start that lie on the surface of `shape`, and how exactly these do; none without any.
+    pub fn explained(&self, model: &Model<'_>, start: &Start) -> (f64, Option<f64>) {
+        let packed = start.packed();
+        let Ok(cloud) = packed.cloud() else { return (0.0, None) };
+        let (inliers, agreement) =
+            joint::agreement(model, cloud, &self.placed.pose, &Weights::new(&self.shape));
+        (inliers, (inliers > 0.0).then(|| agreement / inliers))
+    }
+}
+
+/// How the points lie on the fitted surface.
+pub struct Agreement {
+    /// Share of the points near the model, clutter aside, that are within two class millimetres.
+    pub inliers: f64,
+    /// Their root mean square distance, voxels.
+    pub rms: f64,
+    /// Share of all points, clutter among them, that lie where the model stores nothing.
+    pub outside: f64,
+}
+
+/// The points that the core did not leave out.
+fn without_clutter(model: &Model<'_>, start: &Start, fit: &Fit) -> OrientedPoints {
+    if start.is_held(model) {
+        return start.thinned.points.clone();
+    }
+    let packed = start.packed();
+    let cloud = packed.cloud();
+    let (pose, shape) = (&fit.outcome.pose, Weights::new(&fit.shape));
+    let mut cube = Cube::new(model, &shape);
+    let kept = |&i: &usize| {
+        let Ok(Some((p, n))) = cloud.map(|cloud| cloud.point(i)) else { return false };
+        Standing::of(&mut cube, pose.apply(p), pose.rotate(n)) != Standing::Clutter
+    };
+    let kept: Vec<usize> = (0..start.thinned.points.points.len()).filter(kept).collect();
+    start.thinned.points.chosen(&kept)
+}
