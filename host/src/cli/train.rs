@@ -104,8 +104,10 @@ impl Train {
     pub fn run(&self, common: &Common) -> Result<(), Failure> {
         let start = std::time::Instant::now();
         let settings = self.settings();
+        let output = [Output { option: "--output", path: &self.output, format: "lacuna" }];
+        outputs::check(&self.meshes, &output)?;
         let Shapes { paths, meshes: shapes, mut notes } = shapes::training_set(&self.meshes, &settings)?;
-        outputs::check(&paths, &[Output { option: "--output", path: &self.output, format: "lacuna" }])?;
+        outputs::apart(&paths, &output)?;
         let settings = Settings { class: self.class.clone().unwrap_or_else(|| folder(&paths)), ..settings };
         let named = |number: usize, message: String| -> Failure {
             format!("{}: {message}", paths.get(number).map_or("?".into(), |p| p.display().to_string())).into()
