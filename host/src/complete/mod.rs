@@ -39,7 +39,7 @@ use measured::{Measured, scan_surface};
 use merge::{Limits, MEASURED, Merged};
 use noise::Noise;
 pub use start::{Hint, Start, start};
-use verdict::{Grade, Verdict};
+use verdict::{Grade, Verdict, weight_norm};
 
 /// What a user can choose.
 #[derive(Clone, Copy, Debug)]
@@ -246,7 +246,6 @@ fn judge(
             area * corners.iter().filter(|&&v| merged.labels[v as usize] != MEASURED).count() as f64 / 3.0;
     }
     let used = 1.0 - start.thinned.elsewhere - start.thinned.clutter;
-    let squares: f64 = fit.global.iter().map(|w| w * w).sum();
     let (inliers, exactness) = fitted.explained(model, start);
     let placed = &fitted.placed;
     Verdict {
@@ -257,7 +256,7 @@ fn judge(
         seen_rms: agreement.rms / f64::from(placed.pose.scale),
         inferred_share: inferred / f64::max(total, f64::MIN_POSITIVE),
         inferred_area: inferred,
-        weight_norm: (squares / fit.global.len().max(1) as f64).sqrt(),
+        weight_norm: weight_norm(fit.global.iter().copied()),
         scale: placed.size(model),
         pose_inliers: [used * inliers, start.known.runner_up],
         exactness,

@@ -47,7 +47,7 @@ pub struct Verdict {
     /// and clothes from hair and clothes: the mean of (1 - (r / 3)²)², r their distances in class millimetres. 1 is
     /// exactly, 8/15 anywhere within the 3. None without an inlier.
     pub exactness: Option<f64>,
-    /// How well the scan determines its own pose; none where the pose was given.
+    /// How well the scan determines its own pose; none where the pose was held.
     pub spread: Option<Spread>,
     /// Median expected error of the inferred surface; none where nothing is inferred or the model is not calibrated.
     pub expected: Option<f64>,
@@ -109,11 +109,21 @@ pub fn of_pose(found: &Registration, scale: f64) -> impl Iterator<Item = (Grade,
     doubtful(found).or_else(|| scene(found.inliers)).into_iter().chain(size(scale))
 }
 
-/// Whether what a pose explains lies exactly on a usual shape: then the rest of the scan is clutter.
+/// Whether what a pose explains lies exactly on a usual shape: then the rest of the scan is clutter. (A sphere, of which a
+/// tenth is explained, is followed exactly by a shape three deviations off the class.)
+const fn is_exact(exactness: f64, weight_norm: f64) -> bool {
+    exactness >= EXACT && weight_norm < UNUSUAL
+}
+
+/// The same of a pose that was found.
 pub fn is_of_the_class(found: &Registration) -> bool {
-    let squares: f64 = found.shape.iter().map(|&weight| f64::from(weight).powi(2)).sum();
-    let norm = (squares / found.shape.len().max(1) as f64).sqrt();
-    found.exactness >= EXACT && norm < UNUSUAL
+    is_exact(found.exactness, weight_norm(found.shape.iter().map(|&weight| f64::from(weight))))
+}
+
+/// Root mean square of weights.
+pub fn weight_norm(weights: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let count = weights.len().max(1) as f64;
+    (weights.map(|weight| weight * weight).sum::<f64>() / count).sqrt()
 }
 
 /// Below these shares of a scan without tables and walls clutter or another kind of object is most of it; the latter. A raw
@@ -175,9 +185,8 @@ impl Verdict {
         let [pose, runner_up] = self.pose_inliers;
         findings.extend(scene(pose));
         let explained = self.explained();
-        let exact = self.exactness.is_some_and(|exactness| exactness >= EXACT);
-        // A sphere, of which a tenth is explained, is followed exactly by a shape three deviations off the class.
-        let (grade, guess) = if exact && self.weight_norm < UNUSUAL {
+        let exact = self.exactness.is_some_and(|exactness| is_exact(exactness, self.weight_norm));
+        let (grade, guess) = if exact {
             (Grade::Check, "hair, clothes, or another kind of object?")
         } else {
             (Grade::Reject, "another kind of object?")

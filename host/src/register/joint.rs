@@ -40,8 +40,8 @@ pub fn refined(
     candidates.par_iter().filter_map(from).collect()
 }
 
-/// The pose refined with at least `MANY` of the points that may belong to the class, fewer than twice as many, and what it
-/// explains of all points. Every n-th point is taken: two poses that nearly agree are refined with the same points.
+/// The pose refined with `MANY` of the points that may belong to the class, or up to twice as many, and what it explains of
+/// all points.
 pub fn settled(
     model: &Model<'_>,
     field: &Field,
@@ -54,7 +54,8 @@ pub fn settled(
     joint(model, points, (near.len(), chosen), pose, &ROUNDS)
 }
 
-/// Every n-th of the points, at least `least` of them if there are so many.
+/// Those of the points whose number n divides: about `least` of them, up to twice as many, if there are so many. Sets that
+/// nearly agree so give nearly the same points, and two poses that do are refined to one.
 pub fn every_nth(points: &[usize], least: usize) -> Vec<usize> {
     let stride = (points.len() / least).max(1);
     points.iter().copied().filter(|i| i % stride == 0).collect()

@@ -193,15 +193,16 @@ fn assemble(
         points.append(&sheet::cloud(&sheet));
         mesh.append(&sheet::compacted(sheet));
     }
-    let missing = missing(truth, &of_truth(&mesh, (truth, others), pose), pose);
+    let missing = if others.triangles.is_empty() {
+        missing(truth, &mesh, pose)
+    } else {
+        missing(truth, &of_truth(&mesh, (truth, others), pose), pose)
+    };
     Scan { views, mesh, points, model_to_scan: pose.to_homogeneous(), missing }
 }
 
 /// The part of the measured surface that is nearer to the truth than to other things.
 fn of_truth(measured: &Mesh, (truth, others): (&Mesh, &Mesh), pose: &Similarity3<f64>) -> Mesh {
-    if others.triangles.is_empty() {
-        return measured.clone();
-    }
     let (back, surfaces) = (pose.inverse(), [Bvh::new(others), Bvh::new(truth)]);
     let is_other = |p: &Point| {
         let [other, truth] = surfaces.each_ref().map(|of| of.closest(&(back * p), f64::INFINITY));

@@ -96,6 +96,19 @@ fn missing_vertices_are_those_far_from_the_mesh() {
 }
 
 #[test]
+fn what_hides_a_thing_is_not_what_was_measured_of_it() {
+    let truth = truth();
+    let (low, high) = truth.bounds().unwrap();
+    let middle = nalgebra::center(&low, &high);
+    let mut hood = truth.clone();
+    // A millimetre before it, where it is 100 mm wide.
+    hood.points.iter_mut().for_each(|p| *p = middle + (*p - middle) * 1.01);
+    let bare = scan(&truth, Kind::Front, &Settings::small(), 3);
+    let hidden = scan_among(&truth, &hood, Kind::Front, &Settings::small(), 3);
+    assert!(missing_share(&bare) < 0.8 && missing_share(&hidden) > 0.95, "{}", missing_share(&hidden));
+}
+
+#[test]
 fn a_scan_does_not_depend_on_the_number_of_threads() {
     let truth = truth();
     let with = |threads: usize| {
