@@ -3,11 +3,11 @@
 //! | offset | size | content |
 //! |---|---|---|
 //! | 0 | 8 | magic `LACUNA\x1a\n` |
-//! | 8 | 2 | format version, 3 |
+//! | 8 | 2 | format version, 4 |
 //! | 10 | 2 | length of the header, H |
 //! | 12 | 4 | length of the whole file |
 //! | 16 | 4 | CRC-32/ISO-HDLC of all bytes but these four |
-//! | 20 | H | [`Header`], then `Option` of [`Symmetry`], of [`Calibration`] and of [`Jitter`], postcard |
+//! | 20 | H | [`Header`], then `Option` of [`Symmetry`], of [`Calibration`], of [`Jitter`] and of [`factors`](factor), postcard |
 //! | | 8 K | modes: f32 standard deviation (root mean square over the band, voxels), f32 gain g, at most 255 |
 //! | | 2 F | far field: i16 mean distance (1/256 voxel) at every `far_stride`-th voxel, [`UNKNOWN`] off the support |
 //! | | 2 C | map: u16 brick number per brick cell, [`ABSENT`] where none is stored |
@@ -45,13 +45,14 @@
 //! | 1 | 0.1.0 | the first one; its header ends without symmetry and calibration |
 //! | 2 | 0.1.0 | symmetry and calibration behind the header's fields |
 //! | 3 | 0.1.0 | jitter behind them |
+//! | 4 | 0.1.0 | a factor of the expected error for each brick behind them |
 
 use serde::{Deserialize, Serialize};
 
 /// First bytes of a model; the last two catch transfers that treat it as text.
 pub const MAGIC: [u8; 8] = *b"LACUNA\x1a\n";
 /// The format version this build writes; it reads this one and all before it.
-pub const VERSION: u16 = 3;
+pub const VERSION: u16 = 4;
 /// Length of the part before the header.
 pub const PREFIX: usize = 20;
 /// Offset of the checksum.
@@ -180,10 +181,10 @@ impl Jitter {
 ///
 /// ```text
 /// measured: √( (noise · misfit)² + hidden² )
-/// inferred: √( seam² + hidden² + ((1 - exp(-d / posterior_way)) posterior p)² + ((1 - exp(-d / residual_way)) residual)² )
+/// inferred: √( hidden² + f² ( seam² + ((1 - exp(-d / posterior_way)) posterior p)² + ((1 - exp(-d / residual_way)) residual)² ) )
 /// ```
 ///
-/// with misfit the root mean square distance of the measured surface from the fitted one, and hidden what a scan that
+/// with f the [`factor`] of the place (1 before version 4), misfit the root mean square distance of the measured surface from the fitted one, and hidden what a scan that
 /// was stitched from several views is off without showing it (0 for one view). Nothing of the fit depends on it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
@@ -204,6 +205,13 @@ pub struct Calibration {
     pub residual: f32,
     /// Way on which it is reached, voxels.
     pub residual_way: f32,
+}
+
+/// How much farther off than elsewhere the inferred surface is in a brick, from its byte in the file: 2^((b - 128) / 32),
+/// 1/16 to 16. An ear is harder to predict than a cheek as far from the scan. Between the middles of the bricks it is
+/// interpolated linearly ([`Calibration`]).
+pub fn factor(byte: u8) -> f32 {
+    libm::exp2f((f32::from(byte) - 128.0) / 32.0)
 }
 
 /// What a model says about itself.

@@ -6,7 +6,7 @@ use crate::arithmetic::{MAX_EXPONENT, MIN_EXPONENT, Stride};
 use crate::error::{Error, Part};
 use crate::format::{
     ABSENT, CHECKSUM_AT, Calibration, ENTRY_BYTES, Header, Jitter, MAGIC, MAX_MODES, MODE_BYTES, PREFIX,
-    ROW_BYTES, Symmetry, UNKNOWN, VERSION, checksum,
+    ROW_BYTES, Symmetry, UNKNOWN, VERSION, checksum, factor,
 };
 use crate::grid::{Grid, linear, position, product};
 
@@ -15,17 +15,26 @@ pub const MAX_BRICK_ROWS: usize = 64;
 /// Most voxels of a brick.
 pub const MAX_BRICK_VOXELS: usize = 512;
 
-/// All a header holds.
-type FullHeader<'a> = (Header<'a>, Option<Symmetry>, Option<Calibration>, Option<Jitter>);
+/// What may follow the header, behind it in the file; the first version has none of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Extras<'a> {
+    /// The plane the class is symmetric about, if it was trained with one. Version 2.
+    pub symmetry: Option<Symmetry>,
+    /// Constants of the expected error, if the trainer has fitted them. Version 2.
+    pub calibration: Option<Calibration>,
+    /// How far the training shapes lay from the pose they have in the model, if they were given in one frame and drawn
+    /// to their mean. Version 3.
+    pub jitter: Option<Jitter>,
+    /// A byte a brick: the [`factor`](crate::format::factor) of its expected errors. Version 4.
+    pub factors: Option<&'a [u8]>,
+}
 
 /// A shape model: mean M and whitened modes b' on a sparse band of voxels.
 #[derive(Clone, Debug)]
 pub struct Model<'a> {
     version: u16,
     header: Header<'a>,
-    symmetry: Option<Symmetry>,
-    calibration: Option<Calibration>,
-    jitter: Option<Jitter>,
+    extras: Extras<'a>,
     grid: Grid,
     modes: &'a [u8],
     far: &'a [u8],
@@ -168,9 +177,9 @@ impl<'a> Model<'a> {
         }
         let mut rest = file.get(PREFIX..).unwrap_or(&[]);
         let header = take(&mut rest, usize::from(read_u16(prefix, 10)), Part::Header)?;
-        let (header, symmetry, calibration, jitter) = read_header(version, header)?;
+        let (header, extras) = read_header(version, header)?;
         let model = Self::from_parts(header, rest, stored)?;
-        Ok(Self { version, symmetry, calibration, jitter, ..model })
+        Ok(Self { version, extras, ..model })
     }
 
     /// A model of the first version: it is the newest one without what came later.
@@ -179,9 +188,7 @@ impl<'a> Model<'a> {
         let far_nodes = product(grid.node_sides(header.far_stride));
         let model = Self {
             version: 1,
-            symmetry: None,
-            calibration: None,
-            jitter: None,
+            extras: Extras::default(),
             modes: take(&mut rest, usize::from(header.modes) * MODE_BYTES, Part::Modes)?,
             far: take(&mut rest, far_nodes * 2, Part::FarField)?,
             map: take(&mut rest, grid.brick_cells() * 2, Part::Map)?,
@@ -207,20 +214,30 @@ impl<'a> Model<'a> {
         self.version
     }
 
+    /// What follows the header.
+    pub const fn extras(&self) -> &Extras<'a> {
+        &self.extras
+    }
+
     /// The plane the class is symmetric about, if it was trained with one.
     pub const fn symmetry(&self) -> Option<&Symmetry> {
-        self.symmetry.as_ref()
+        self.extras.symmetry.as_ref()
     }
 
     /// Constants of the expected error, if the trainer has fitted them.
     pub const fn calibration(&self) -> Option<&Calibration> {
-        self.calibration.as_ref()
+        self.extras.calibration.as_ref()
     }
 
     /// How far the training shapes lay from the pose they have in the model, if they were given in one frame and
     /// drawn to their mean.
     pub const fn jitter(&self) -> Option<&Jitter> {
-        self.jitter.as_ref()
+        self.extras.jitter.as_ref()
+    }
+
+    /// The factor of the expected error in brick number `index`, if the trainer has fitted one.
+    pub fn factor(&self, index: usize) -> Option<f32> {
+        self.extras.factors?.get(index).map(|&byte| factor(byte))
     }
 
     /// The voxel grid.
@@ -366,24 +383,25 @@ impl<'a> Model<'a> {
 }
 
 /// Everything from all bytes of a header.
-fn read_header(version: u16, bytes: &[u8]) -> Result<FullHeader<'_>, Error> {
+fn read_header(version: u16, bytes: &[u8]) -> Result<(Header<'_>, Extras<'_>), Error> {
     let bad = Error::Inconsistent(Part::Header);
-    let (header, mut unread) = postcard::take_from_bytes(bytes).map_err(|_| bad)?;
-    let (mut symmetry, mut calibration) = (None, None);
-    let mut jitter = None;
+    let (header, mut unread): (Header<'_>, _) = postcard::take_from_bytes(bytes).map_err(|_| bad)?;
+    let mut extras = Extras::default();
     if version > 1 {
-        ((symmetry, calibration), unread) = postcard::take_from_bytes(unread).map_err(|_| bad)?;
+        ((extras.symmetry, extras.calibration), unread) =
+            postcard::take_from_bytes(unread).map_err(|_| bad)?;
     }
     if version > 2 {
-        (jitter, unread) = postcard::take_from_bytes(unread).map_err(|_| bad)?;
+        (extras.jitter, unread) = postcard::take_from_bytes(unread).map_err(|_| bad)?;
     }
-    let sound = symmetry.as_ref().is_none_or(Symmetry::is_sound)
-        && calibration.as_ref().is_none_or(is_sound)
-        && jitter.as_ref().is_none_or(Jitter::is_sound);
-    if !unread.is_empty() || !sound {
-        return Err(bad);
+    if version > 3 {
+        (extras.factors, unread) = postcard::take_from_bytes(unread).map_err(|_| bad)?;
     }
-    Ok((header, symmetry, calibration, jitter))
+    let sound = extras.symmetry.as_ref().is_none_or(Symmetry::is_sound)
+        && extras.calibration.as_ref().is_none_or(is_sound)
+        && extras.jitter.as_ref().is_none_or(Jitter::is_sound)
+        && extras.factors.is_none_or(|factors| factors.len() == usize::from(header.bricks));
+    if unread.is_empty() && sound { Ok((header, extras)) } else { Err(bad) }
 }
 
 /// Whether errors can be computed from these constants.

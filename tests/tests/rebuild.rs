@@ -34,7 +34,9 @@ fn the_built_in_model_is_what_its_seeds_make() {
     let bytes = train(&aligned.shapes, &settings, &|_, _| ()).unwrap();
     assert_eq!(Model::from_bytes(&bytes).unwrap().calibration(), None);
     // The calibration needs sixty completions: it is taken over, and looked at by itself.
-    let bytes = calibrated(&bytes, lacuna_tests::model().calibration().expect("a calibration")).unwrap();
+    let built_in = lacuna_tests::model();
+    let calibration = built_in.calibration().expect("a calibration");
+    let bytes = calibrated(&bytes, calibration, built_in.extras().factors).unwrap();
     let (rebuilt, stored) = (Model::from_bytes(&bytes).unwrap(), lacuna_tests::model());
     assert_eq!(rebuilt.header(), stored.header());
     assert_eq!(bytes.len(), lacuna_fixtures::MODEL.len());
@@ -54,6 +56,11 @@ fn the_built_in_model_is_calibrated() {
     let calibration = model.calibration().expect("a calibration");
     assert_eq!(calibration.scans, 60);
     assert!(calibration.shares.iter().all(|share| (0.6..=0.75).contains(share)), "{calibration:?}");
+    let mut factors: Vec<f32> = (0..model.bricks().count()).filter_map(|brick| model.factor(brick)).collect();
+    assert_eq!(factors.len(), model.bricks().count());
+    factors.sort_by(f32::total_cmp);
+    let [low, high] = [1, 9].map(|tenth| factors[factors.len() * tenth / 10]);
+    assert!(low < 1.0 && high > 1.0 && high < 4.0, "{low} to {high}");
 }
 
 #[test]

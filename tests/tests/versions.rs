@@ -60,6 +60,9 @@ fn contents(model: &Model<'_>) -> u32 {
     if let Some(j) = model.jitter() {
         [j.turn, j.shift, j.growth].into_iter().for_each(|number| digest.add(&number.to_le_bytes()));
     }
+    (0..usize::from(h.bricks))
+        .filter_map(|brick| model.factor(brick))
+        .for_each(|factor| digest.add(&factor.to_le_bytes()));
     digest.value()
 }
 
@@ -80,6 +83,7 @@ fn every_version_is_read_to_the_numbers_it_was_written_with() {
         assert_eq!(model.calibration().is_some(), expected > 1, "the first version has none");
         assert_eq!(model.symmetry().is_some(), expected > 1, "the first version has none");
         assert_eq!(model.jitter().is_some(), expected > 2, "the first two versions have none");
+        assert_eq!(model.factor(0).is_some(), expected > 3, "the first three versions have none");
     }
     assert_eq!(VERSIONS.len(), usize::from(VERSION), "the version that is written has a model here");
 }
@@ -177,9 +181,10 @@ fn a_header_that_lies_about_what_follows_is_refused() {
 
 /// The newest model with another calibration.
 fn with_calibration(change: &dyn Fn(&mut Calibration)) -> Vec<u8> {
-    let mut calibration = *Model::from_bytes(newest()).unwrap().calibration().expect("a calibration");
+    let model = Model::from_bytes(newest()).unwrap();
+    let mut calibration = *model.calibration().expect("a calibration");
     change(&mut calibration);
-    calibrated(newest(), &calibration).unwrap()
+    calibrated(newest(), &calibration, model.extras().factors).unwrap()
 }
 
 #[test]
@@ -201,10 +206,32 @@ fn a_calibration_that_states_no_errors_is_refused() {
 }
 
 #[test]
+fn factors_for_another_number_of_bricks_are_refused() {
+    let model = Model::from_bytes(newest()).unwrap();
+    let (calibration, factors) = (model.calibration().unwrap(), model.extras().factors.unwrap());
+    let other = [factors, &[128]].concat();
+    for factors in [&other[..], &factors[1..], &[]] {
+        let error = calibrated(newest(), calibration, Some(factors)).unwrap_err();
+        assert_eq!(error, Error::Inconsistent(Part::Header));
+    }
+    let file = newest();
+    let end = PREFIX + usize::from(u16::from_le_bytes([file[10], file[11]]));
+    // A factor less in the list, a byte less in the header.
+    let mut bytes = [&file[..end - 1], &file[end..]].concat();
+    bytes[10..12].copy_from_slice(&((end - 1 - PREFIX) as u16).to_le_bytes());
+    bytes[end - 1 - factors.len()] -= 1;
+    assert!(forge(&mut bytes));
+    assert_eq!(Model::from_bytes(&bytes).unwrap_err(), Error::Inconsistent(Part::Header));
+}
+
+#[test]
 fn a_jitter_that_ties_nothing_is_refused() {
     let file = newest();
     let end = PREFIX + usize::from(u16::from_le_bytes([file[10], file[11]]));
-    // The last numbers of the header: turn, shift and growth.
+    // The last numbers of the header: turn, shift and growth; behind them a byte a brick, their number, and that there
+    // are some.
+    let bricks = Model::from_bytes(file).unwrap().bricks().count();
+    let end = end - bricks - 2;
     for (place, lie) in [(0, 0.0), (1, -1.0), (2, f32::NAN), (1, f32::INFINITY)] {
         let mut bytes = file.to_vec();
         let at = end - 12 + 4 * place;
@@ -217,7 +244,7 @@ fn a_jitter_that_ties_nothing_is_refused() {
 /// A version with the number of an older one is a model whose header ends too late, or too soon the other way round.
 #[test]
 fn a_version_is_not_read_as_another() {
-    for (version, other) in [(0, 2u16), (1, 1), (1, 3), (2, 1), (2, 2)] {
+    for (version, other) in [(0, 2u16), (1, 1), (1, 3), (2, 1), (2, 2), (2, 4), (3, 3)] {
         let mut bytes = VERSIONS[version].model.to_vec();
         bytes[8..10].copy_from_slice(&other.to_le_bytes());
         let sum = checksum(&bytes);

@@ -7,7 +7,7 @@ const TERMS: [[usize; 2]; 6] = [[0, 0], [1, 0], [0, 1], [2, 0], [1, 1], [0, 2]];
 
 /// A term is left open by points of which less than this share of its squares is its own, and not that of the terms before it:
 /// copies of few points beside each other. In a disc it is a half at least.
-const OPEN: f64 = 1e-6;
+const OPEN: f64 = 1e-3;
 
 /// Sums over the points: all that the normal equations need.
 #[derive(Clone, Copy, Debug, Default)]

@@ -3,17 +3,19 @@
 //! A one-sigma error is the quantile `SHARE` of the true ones. The quantile that a function of the cues should be is
 //! where the mean of the tilted loss ρ(r) = max(τ r, (τ - 1) r), r = log error - log stated, τ = `SHARE`, is least
 //! (Koenker & Bassett 1978); logarithms, so that small errors count as much as large ones. The minimum is searched
-//! constant by constant; then all errors are scaled so that the scan in the middle has that share. What the measured
+//! constant by constant; then places where the errors are larger than elsewhere get factors ([`factors`]), and all are
+//! scaled so that the scan in the middle has that share. What the measured
 //! vertices are off comes from scans of one view: stitched ones have an error besides that they do not show. How well it
 //! does is measured on the scans of shapes it was not fitted to.
 
 use super::choice::{self, Choice, Made};
 use super::held_out::{HeldOut, Trial, trials};
-use super::{Error, Settings, model_file};
+use super::{Error, Settings, factors, model_file};
 use crate::mesh::Mesh;
 use crate::quantile::{median, quantile};
 use crate::uncertainty::Cue;
 use crate::uncertainty::expected::{expected, misfit, of_faces};
+use crate::uncertainty::factors::Factors;
 use lacuna::Model;
 use lacuna::format::Calibration;
 use std::collections::BTreeSet;
@@ -60,34 +62,43 @@ pub fn train_calibrated(
     let Ok(model) = Model::from_bytes(&file) else {
         return Ok(Trained { file, trials, shares: vec![], choice });
     };
-    let Some((calibration, shares)) = calibrate(&trials, model.header().scales.millimetre) else {
+    let Some((fit, shares)) = calibrate(&trials, &model) else {
         return Ok(Trained { file, trials, shares: vec![], choice });
     };
-    let file = model_file::calibrated(&file, &calibration).unwrap_or(file);
+    let factors = factors::bytes(&fit.factors, &model);
+    let file = model_file::calibrated(&file, &fit.constants, Some(&factors)).unwrap_or(file);
     Ok(Trained { file, trials, shares, choice })
 }
 
-/// The constants for these trials, and the shares of each of them by constants fitted to other shapes; `millimetre` is
-/// one class millimetre in voxels. `None` where there are too few.
-pub fn calibrate(trials: &[Trial], millimetre: f32) -> Option<(Calibration, Vec<[Option<f32>; 2]>)> {
+/// What is fitted to some trials.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fit {
+    /// Of the equation.
+    pub constants: Calibration,
+    /// Of places, over the bricks of the model.
+    pub factors: Factors,
+}
+
+/// The fit to these trials for `model`, and the shares of each of them by what was fitted to other shapes. `None` where
+/// there are too few.
+pub fn calibrate(trials: &[Trial], model: &Model<'_>) -> Option<(Fit, Vec<[Option<f32>; 2]>)> {
     if trials.len() < FEWEST {
         return None;
     }
-    let all: Vec<Samples> = trials.iter().map(|trial| Samples::new(trial, VERTICES)).collect();
-    let start = of_faces(millimetre);
-    let constants = fitted(&all.iter().collect::<Vec<_>>(), &start)?;
+    let all: Vec<Member<'_>> = trials.iter().map(|trial| Member::new(trial, model)).collect();
+    let fit = fitted(&all.iter().collect::<Vec<_>>(), model)?;
     let [even, odd] = [0, 1].map(|half| {
-        let members = trials.iter().zip(&all).filter(|(trial, _)| half_of(trial, trials) == half);
-        fitted(&members.map(|(_, samples)| samples).collect::<Vec<_>>(), &start)
+        let members: Vec<&Member<'_>> = all.iter().filter(|m| half_of(m.trial, trials) == half).collect();
+        fitted(&members, model)
     });
     let halves = [even?, odd?];
-    let other = |trial: &Trial| &halves[1 - half_of(trial, trials)];
-    let counts: Vec<[Count; 2]> = trials.iter().map(|trial| counted(trial, other(trial))).collect();
+    let counted = |member: &Member<'_>| member.counted(&halves[1 - half_of(member.trial, trials)]);
+    let counts: Vec<[Count; 2]> = all.iter().map(counted).collect();
     let total = counts.iter().fold([Count::default(); 2], |sum, c| [sum[0].and(c[0]), sum[1].and(c[1])]);
     let shares = counts.into_iter().map(|pair| pair.map(Count::share)).collect();
     let scans = trials.len().min(usize::from(u16::MAX)) as u16;
     let of_all = total.map(|count| count.share().unwrap_or(0.0));
-    Some((Calibration { scans, shares: of_all, ..constants }, shares))
+    Some((Fit { constants: Calibration { scans, shares: of_all, ..fit.constants }, ..fit }, shares))
 }
 
 /// In which half of the held-back shapes a trial's shape is, 0 or 1: every other one, whatever their numbers are.
@@ -114,72 +125,88 @@ impl Count {
     }
 }
 
-/// Measured and inferred vertices of a trial within the error that `constants` state.
-fn counted(trial: &Trial, constants: &Calibration) -> [Count; 2] {
-    let misfit = misfit(&trial.cues);
-    let mut counts = [Count::default(); 2];
-    for (cue, error) in trial.cues.iter().zip(&trial.errors) {
-        let Some(error) = *error else { continue };
-        let within = usize::from(error <= expected(constants, cue, misfit));
-        let count = &mut counts[usize::from(!cue.measured)];
-        *count = count.and(Count { within, of: 1 });
-    }
-    counts
+/// A trial, as it is fitted to.
+pub struct Member<'a> {
+    trial: &'a Trial,
+    /// Where its vertices lie in the model, voxels.
+    voxels: Vec<[f32; 3]>,
+    misfit: f32,
 }
 
-/// What is fitted to of a trial.
-struct Samples {
+impl<'a> Member<'a> {
+    fn new(trial: &'a Trial, model: &Model<'_>) -> Self {
+        let header = model.header();
+        let voxel = |p: &[f32; 3]| [0, 1, 2].map(|axis| (p[axis] - header.origin[axis]) / header.spacing);
+        Self { trial, voxels: trial.places.iter().map(voxel).collect(), misfit: misfit(&trial.cues) }
+    }
+
+    /// The inferred vertices whose true error is known: cue, error and place, voxels.
+    pub fn inferred(&self) -> impl Iterator<Item = (&'a Cue, f32, [f32; 3])> {
+        let known = self.trial.cues.iter().zip(&self.trial.errors).zip(&self.voxels);
+        known.filter(|((cue, _), _)| !cue.measured).filter_map(|((cue, e), &q)| Some((cue, (*e)?, q)))
+    }
+
     /// True errors of the measured vertices of one view, times the misfit.
-    noise: Vec<f32>,
-    /// Inferred vertices with their true errors, voxels.
-    inferred: Vec<(Cue, f32)>,
-}
+    fn noise(&self) -> Vec<f64> {
+        let known = self.trial.cues.iter().zip(&self.trial.errors);
+        let shown = known.filter(|(cue, _)| cue.measured && cue.hidden == 0.0);
+        let errors: Vec<f64> = shown.filter_map(|(_, error)| *error).map(f64::from).collect();
+        let misfit = f64::from(self.misfit.max(NONE));
+        spread(&errors).into_iter().map(|error| error / misfit).collect()
+    }
 
-impl Samples {
-    fn new(trial: &Trial, most: usize) -> Self {
-        let misfit = misfit(&trial.cues).max(NONE);
-        let known = |wanted: fn(&Cue) -> bool| {
-            let pairs = trial.cues.iter().zip(&trial.errors);
-            let all: Vec<(Cue, f32)> =
-                pairs.filter(|(cue, _)| wanted(cue)).filter_map(|(cue, e)| Some((*cue, (*e)?))).collect();
-            let count = all.len().min(most);
-            (0..count).map(|i| all[i * all.len() / count]).collect::<Vec<_>>()
-        };
-        Self {
-            noise: known(|cue| cue.measured && cue.hidden == 0.0)
-                .into_iter()
-                .map(|(_, error)| error / misfit)
-                .collect(),
-            inferred: known(|cue| !cue.measured),
+    /// Measured and inferred vertices within the error that is stated.
+    fn counted(&self, fit: &Fit) -> [Count; 2] {
+        let mut counts = [Count::default(); 2];
+        for ((cue, error), &q) in self.trial.cues.iter().zip(&self.trial.errors).zip(&self.voxels) {
+            let Some(error) = *error else { continue };
+            let cue = Cue { factor: fit.factors.at(q), ..*cue };
+            let within = usize::from(error <= expected(&fit.constants, &cue, self.misfit));
+            let count = &mut counts[usize::from(!cue.measured)];
+            *count = count.and(Count { within, of: 1 });
         }
+        counts
     }
 }
 
-/// The constants that go through the quantile of the errors of the typical scan.
-fn fitted(samples: &[&Samples], start: &Calibration) -> Option<Calibration> {
-    let noise = samples.iter().filter_map(|s| sigma(s.noise.iter().map(|&e| f64::from(e))));
+/// At most [`VERTICES`] of some, evenly.
+fn spread<T: Copy>(all: &[T]) -> Vec<T> {
+    let count = all.len().min(VERTICES);
+    (0..count).map(|i| all[i * all.len() / count]).collect()
+}
+
+/// What goes through the quantile of the errors of the typical scan.
+fn fitted(members: &[&Member<'_>], model: &Model<'_>) -> Option<Fit> {
+    let start = of_faces(model.header().scales.millimetre);
+    let noise = members.iter().filter_map(|member| sigma(member.noise().into_iter()));
     let noise = median(noise.collect())?;
-    let inferred: Vec<(Cue, f32)> = samples.iter().flat_map(|s| s.inferred.iter().copied()).collect();
-    let constants = least(&inferred, &Calibration { noise: noise as f32, ..*start });
+    let of_one = |member: &&Member<'_>| spread(&member.inferred().map(|(c, e, _)| (*c, e)).collect::<Vec<_>>());
+    let inferred: Vec<(Cue, f32)> = members.iter().flat_map(of_one).collect();
+    let constants = least(&inferred, &Calibration { noise: noise as f32, ..start });
+    let factors = factors::factors(members, &constants, Factors::unknown(model));
     // The least loss gives the shape of the function. Its level is that of the scan in the middle: a few scans that
     // went wrong as a whole would raise it for all others.
-    let level = |s: &&Samples| sigma(s.inferred.iter().map(|(cue, error)| ratio(&constants, cue, *error)));
-    let factor = libm::exp(median(samples.iter().filter_map(level).collect())?) as f32;
-    Some(Calibration {
+    let level = |member: &&Member<'_>| {
+        let stated = |(cue, error, q): (&Cue, f32, _)| (Cue { factor: factors.at(q), ..*cue }, error);
+        sigma(member.inferred().map(stated).map(|(cue, error)| ratio(&constants, &cue, error)))
+    };
+    let factor = libm::exp(median(members.iter().filter_map(level).collect())?) as f32;
+    let constants = Calibration {
         seam: constants.seam * factor,
         posterior: constants.posterior * factor,
         residual: constants.residual * factor,
         ..constants
-    })
+    };
+    Some(Fit { constants, factors })
 }
 
 /// log error - log stated.
-fn ratio(constants: &Calibration, cue: &Cue, error: f32) -> f64 {
+pub(super) fn ratio(constants: &Calibration, cue: &Cue, error: f32) -> f64 {
     libm::log(f64::from(error.max(NONE)) / f64::from(expected(constants, cue, 0.0)))
 }
 
 /// The quantile [`SHARE`]; `None` of nothing.
-fn sigma(values: impl Iterator<Item = f64>) -> Option<f64> {
+pub(super) fn sigma(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
     quantile(&values, SHARE)
@@ -233,8 +260,20 @@ mod tests {
     use super::*;
     use crate::synth::{Kind, Random};
 
+    /// Eight bricks, of 8 voxels each way.
+    fn model() -> Model<'static> {
+        Model::from_bytes(lacuna_fixtures::VERSIONS[2].model).expect("a model")
+    }
+
+    /// How much farther off the surface is at a height of the model, voxels.
+    fn factor(height: f32) -> f32 {
+        if height < 8.0 { 1.0 } else { 2.0 }
+    }
+
     /// Trials whose errors are normal with the deviation that `truth` states.
     fn trials(truth: &Calibration, count: usize) -> Vec<Trial> {
+        let model = model();
+        let header = model.header();
         let trial = |shape: usize| {
             let mut random = Random::new(5, shape as u64);
             let cue = |random: &mut Random| Cue {
@@ -243,19 +282,28 @@ mod tests {
                 away: random.range(0.0, 30.0) as f32,
                 height: (0.1 * random.normal()) as f32,
                 hidden: if shape % 4 < 2 { 0.05 } else { 0.0 },
+                factor: 1.0,
             };
             let cues: Vec<Cue> = (0..2000).map(|_| cue(&mut random)).collect();
+            let voxels: Vec<[f32; 3]> =
+                cues.iter().map(|_| [0; 3].map(|_| random.range(0.0, 15.0) as f32)).collect();
             let misfit = misfit(&cues);
-            let error = |cue: &Cue, normal: f64| Some(expected(truth, cue, misfit) * normal.abs() as f32);
-            let errors = cues.iter().map(|cue| error(cue, random.normal())).collect();
-            Trial { shape, kind: Kind::Front, errors, cues, covered: vec![] }
+            let mut error = |(cue, q): (&Cue, &[f32; 3])| {
+                let cue = Cue { factor: factor(q[1]), ..*cue };
+                Some(expected(truth, &cue, misfit) * random.normal().abs() as f32)
+            };
+            let errors = cues.iter().zip(&voxels).map(&mut error).collect();
+            let place = |q: &[f32; 3]| [0, 1, 2].map(|axis| header.origin[axis] + header.spacing * q[axis]);
+            let places = voxels.iter().map(place).collect();
+            Trial { shape, kind: Kind::Front, errors, cues, places, covered: vec![] }
         };
         (0..count).map(trial).collect()
     }
 
     #[test]
-    fn constants_are_found_again_and_state_the_right_share() {
-        let start = of_faces(0.3);
+    fn constants_and_factors_are_found_again_and_state_the_right_share() {
+        let model = model();
+        let start = of_faces(model.header().scales.millimetre);
         let truth = Calibration {
             noise: 1.4,
             seam: 0.1,
@@ -266,11 +314,15 @@ mod tests {
             ..start
         };
         let made = trials(&truth, 12);
-        let (found, shares) = calibrate(&made, 0.3).expect("enough trials");
+        let (Fit { constants: found, factors }, shares) = calibrate(&made, &model).expect("enough trials");
         assert!((found.noise / truth.noise - 1.0).abs() < 0.05, "{found:?}");
-        for cue in made[0].cues.iter().filter(|cue| !cue.measured) {
-            let ratio = expected(&found, cue, 0.0) / expected(&truth, cue, 0.0);
-            assert!((0.75..1.33).contains(&ratio), "{ratio} at {cue:?}: {found:?}");
+        let high = factors.at([8.0, 13.0, 8.0]) / factors.at([8.0, 2.0, 8.0]);
+        assert!((1.5..2.1).contains(&high), "{high}");
+        let member = Member::new(&made[0], &model);
+        for (cue, _, q) in member.inferred().filter(|(_, _, q)| (q[1] - 8.0).abs() > 3.0) {
+            let stated = expected(&found, &Cue { factor: factors.at(q), ..*cue }, 0.0);
+            let ratio = stated / expected(&truth, &Cue { factor: factor(q[1]), ..*cue }, 0.0);
+            assert!((0.7..1.4).contains(&ratio), "{ratio} at {cue:?}: {found:?}");
         }
         assert!(found.shares.iter().all(|share| (share - 0.683).abs() < 0.02), "{found:?}");
         assert!(shares.iter().flatten().all(|share| (share.unwrap() - 0.683).abs() < 0.1), "{shares:?}");
@@ -279,15 +331,15 @@ mod tests {
 
     #[test]
     fn shares_are_of_other_shapes_whatever_their_numbers() {
-        let made = trials(&of_faces(0.3), 12);
-        let (found, shares) = calibrate(&made, 0.3).expect("enough trials");
+        let (model, truth) = (model(), of_faces(0.3));
+        let found = calibrate(&trials(&truth, 12), &model).expect("enough trials");
         let even: Vec<Trial> =
-            trials(&of_faces(0.3), 12).into_iter().map(|t| Trial { shape: 2 * t.shape, ..t }).collect();
-        assert_eq!((found, shares), calibrate(&even, 0.3).expect("enough trials"));
+            trials(&truth, 12).into_iter().map(|t| Trial { shape: 2 * t.shape, ..t }).collect();
+        assert_eq!(found, calibrate(&even, &model).expect("enough trials"));
     }
 
     #[test]
     fn a_few_scans_calibrate_nothing() {
-        assert!(calibrate(&trials(&of_faces(0.3), 5), 0.3).is_none());
+        assert!(calibrate(&trials(&of_faces(0.3), 5), &model()).is_none());
     }
 }

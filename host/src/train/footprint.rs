@@ -32,7 +32,8 @@ impl Footprint {
     /// As [`Self::of`].
     pub(super) fn when_calibrated(file: &[u8]) -> Result<Self, Error> {
         let longest = Calibration { scans: u16::MAX, ..of_faces(1.0) };
-        Self::of(&model_file::calibrated(file, &longest)?)
+        let factors = vec![0; usize::from(Model::from_bytes(file)?.header().bricks)];
+        Self::of(&model_file::calibrated(file, &longest, Some(&factors))?)
     }
 }
 

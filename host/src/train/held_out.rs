@@ -57,6 +57,8 @@ pub struct Trial {
     pub errors: Vec<Option<f32>>,
     /// What was known at those vertices.
     pub cues: Vec<Cue>,
+    /// Where those vertices lie in the model, in the unit and frame of the shapes.
+    pub places: Vec<[f32; 3]>,
     /// Distance of each vertex of the shape from the completed mesh, in its unit, and whether the scan showed nothing
     /// of it.
     pub covered: Vec<(f32, bool)>,
@@ -106,7 +108,18 @@ pub fn trial(model: &Model<'_>, shape: &Mesh, number: usize, kind: Kind) -> Opti
     let off = |p: &Point| done.distance(p, f64::INFINITY).map_or(f32::INFINITY, |d| d.value.abs() as f32);
     let covered: Vec<f32> = shape.points.par_iter().map(off).collect();
     let covered = covered.into_iter().zip(missing).collect();
-    Some(Trial { shape: number, kind, errors, cues: completion.cues, covered })
+    let places = places(&completion, model);
+    Some(Trial { shape: number, kind, errors, cues: completion.cues, places, covered })
+}
+
+/// Where each vertex of the completed mesh lies in the model, in the unit and frame of the shapes.
+fn places(completion: &Completion, model: &Model<'_>) -> Vec<[f32; 3]> {
+    let header = model.header();
+    let place = |p: &Point| {
+        let q = completion.placed.to_model(p);
+        [0, 1, 2].map(|axis| header.origin[axis] + header.spacing * q[axis] as f32)
+    };
+    completion.merged.mesh.points.iter().map(place).collect()
 }
 
 /// Distance of each vertex of the completed mesh from the shape, voxels; `None` beyond its border.

@@ -111,7 +111,7 @@ mod tests {
 
     fn trial(shape: usize, kind: Kind, missing: f32) -> Trial {
         let covered = vec![(0.1, false), (0.1, false), (missing, true), (missing, true)];
-        Trial { shape, kind, errors: vec![], cues: vec![], covered }
+        Trial { shape, kind, errors: vec![], cues: vec![], places: vec![], covered }
     }
 
     #[test]

@@ -3,6 +3,7 @@
 pub mod align;
 mod band;
 pub mod calibration;
+pub mod factors;
 pub mod choice;
 pub mod deform;
 mod error;

@@ -3,20 +3,23 @@
 use super::Error;
 use super::volume::Lattice;
 use lacuna::Model;
+use lacuna::error::Part;
 use lacuna::arithmetic::{MAX_EXPONENT, MIN_EXPONENT};
 use lacuna::format::{
-    ABSENT, CHECKSUM_AT, Calibration, Header, Jitter, MAGIC, PREFIX, Symmetry, UNKNOWN, VERSION, checksum,
+    ABSENT, CHECKSUM_AT, Calibration, Header, MAGIC, PREFIX, UNKNOWN, VERSION, checksum,
 };
+use lacuna::model::Extras;
 use std::collections::BTreeMap;
+
+/// Bricks whose factors a header has room for: its length is a number of 16 bits.
+const MOST_FACTORS: usize = 60_000;
 
 /// A model in floating point, lengths in voxels.
 pub struct Draft<'a> {
     /// What the file says about itself; counts of bricks and voxels are filled in here.
     pub header: Header<'a>,
-    /// The plane the class is symmetric about, if it is known.
-    pub symmetry: Option<Symmetry>,
-    /// How far the shapes lay from the pose they have in the model, if that is known.
-    pub jitter: Option<Jitter>,
+    /// What follows the header.
+    pub extras: Extras<'a>,
     /// The grid.
     pub lattice: Lattice,
     /// Places of the stored voxels.
@@ -41,7 +44,7 @@ pub fn encode(draft: &Draft<'_>) -> Result<Vec<u8>, Error> {
     let mut header = draft.header.clone();
     header.bricks = bricks.len() as u16;
     header.voxels = draft.voxels.len() as u32;
-    let mut file = head(&header, (draft.symmetry.as_ref(), None, draft.jitter.as_ref()));
+    let mut file = head(&header, &draft.extras);
     write_modes(draft, &mut file);
     for value in &draft.far {
         file.extend(value.map_or(UNKNOWN, distance).to_le_bytes());
@@ -54,24 +57,31 @@ pub fn encode(draft: &Draft<'_>) -> Result<Vec<u8>, Error> {
     Ok(sealed(file))
 }
 
-/// The same model with other constants of the expected error; none of its other bytes changes.
+/// The same model with another calibration of the expected error, and with factors a brick if there are some; none of
+/// its other bytes changes. A header holds factors for [`MOST_FACTORS`] bricks.
 ///
 /// # Errors
-/// Bytes that are no model.
-pub fn calibrated(file: &[u8], calibration: &Calibration) -> Result<Vec<u8>, lacuna::Error> {
+/// Bytes that are no model, or another number of factors than of bricks.
+pub fn calibrated(
+    file: &[u8],
+    calibration: &Calibration,
+    factors: Option<&[u8]>,
+) -> Result<Vec<u8>, lacuna::Error> {
     let model = Model::from_bytes(file)?;
+    if factors.is_some_and(|factors| factors.len() != usize::from(model.header().bricks)) {
+        return Err(lacuna::Error::Inconsistent(Part::Header));
+    }
     let length = file.first_chunk::<PREFIX>().map_or(0, |p| usize::from(u16::from_le_bytes([p[10], p[11]])));
     let rest = file.get(PREFIX + length..).unwrap_or(&[]);
-    let parts = (model.symmetry(), Some(calibration), model.jitter());
-    Ok(sealed([&head(model.header(), parts), rest].concat()))
+    let factors = factors.filter(|factors| factors.len() <= MOST_FACTORS);
+    let extras = Extras { calibration: Some(*calibration), factors, ..*model.extras() };
+    Ok(sealed([&head(model.header(), &extras), rest].concat()))
 }
 
-/// What may follow the header.
-type Parts<'a> = (Option<&'a Symmetry>, Option<&'a Calibration>, Option<&'a Jitter>);
-
 /// The first bytes of a file, length and checksum still open.
-fn head(header: &Header<'_>, parts: Parts<'_>) -> Vec<u8> {
-    let header = postcard::to_allocvec(&(header, parts));
+fn head(header: &Header<'_>, extras: &Extras<'_>) -> Vec<u8> {
+    let Extras { symmetry, calibration, jitter, factors } = extras;
+    let header = postcard::to_allocvec(&(header, symmetry, calibration, jitter, factors));
     let header = header.expect("a header has nothing that cannot be written");
     let mut file = Vec::new();
     file.extend(MAGIC);

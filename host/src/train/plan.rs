@@ -8,6 +8,7 @@ use super::{Distances, Error, Settings, bounds, class_millimetre, line_of_sight,
 use crate::distance::Surface;
 use crate::mesh::{Mesh, Vector};
 use lacuna::format::{Header, Jitter, Scales};
+use lacuna::model::Extras;
 use rayon::prelude::*;
 
 /// Far field samples per brick edge are two: a brick of six voxels has one every three.
@@ -150,8 +151,11 @@ impl Plan {
         order.sort_by_key(|&i| moved[i]);
         model_file::encode(&Draft {
             header,
-            symmetry: self.symmetry.map(|plane| plane.in_voxels(&crop.lattice)),
-            jitter: settings.jitter.map(|jitter| Jitter { shift: jitter.shift / h as f32, ..jitter }),
+            extras: Extras {
+                symmetry: self.symmetry.map(|plane| plane.in_voxels(&crop.lattice)),
+                jitter: settings.jitter.map(|jitter| Jitter { shift: jitter.shift / h as f32, ..jitter }),
+                ..Extras::default()
+            },
             lattice: crop.lattice,
             voxels: order.iter().map(|&i| moved[i]).collect(),
             mean: order.iter().map(|&i| pca.mean[i]).collect(),

@@ -1,5 +1,6 @@
 //! What is known at each vertex of a completed mesh about how far it may be off.
 
+use super::factors::Factors;
 use super::posterior::Posterior;
 use crate::complete::merge::{MEASURED, Merged};
 use crate::mesh::Mesh;
@@ -10,7 +11,7 @@ use crate::surface::path_lengths;
 const RINGS: usize = 60;
 
 /// What is known at a vertex; lengths in voxels.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cue {
     /// Whether it was moved onto the scan.
     pub measured: bool,
@@ -22,6 +23,8 @@ pub struct Cue {
     pub height: f32,
     /// What the scan is off without showing it.
     pub hidden: f32,
+    /// How much farther off than elsewhere the inferred surface is there.
+    pub factor: f32,
 }
 
 /// The cues of a completed mesh; `hidden` is what its scan is off without showing it, voxels.
@@ -32,6 +35,7 @@ pub fn cues(posterior: &Posterior<'_>, placed: &Placed, merged: &Merged, hidden:
     let measured = |&v: &u32| merged.labels[v as usize] == MEASURED;
     let sources: Vec<u32> = (0..merged.labels.len() as u32).filter(measured).collect();
     let ways = path_lengths(&merged.mesh, &sources);
+    let factors = Factors::of(posterior.model());
     let scale = placed.pose.scale;
     let cue = |v: usize| {
         let (way, straight) = (ways[v] as f32, merged.distances[v]);
@@ -41,6 +45,7 @@ pub fn cues(posterior: &Posterior<'_>, placed: &Placed, merged: &Merged, hidden:
             away: scale * if way.is_finite() { way.max(straight) } else { straight },
             height: scale * merged.heights[v],
             hidden,
+            factor: factors.at(places[v]),
         }
     };
     (0..places.len()).map(cue).collect()

@@ -85,8 +85,8 @@ pub fn expected(constants: &Calibration, cue: &Cue, misfit: f32) -> f32 {
     let reached = |way: f32| 1.0 - libm::expf(-cue.away / way);
     let within = reached(constants.posterior_way) * constants.posterior * cue.posterior;
     let beyond = reached(constants.residual_way) * constants.residual;
-    let near = constants.seam * constants.seam + cue.hidden * cue.hidden;
-    (near + within * within + beyond * beyond).sqrt()
+    let near = constants.seam * constants.seam;
+    (cue.factor * (near + within * within + beyond * beyond).sqrt()).hypot(cue.hidden)
 }
 
 /// Median and 95th percentile of the errors of measured and of inferred vertices; `None` where there are none.
@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     fn cue(measured: bool, away: f32) -> Cue {
-        Cue { measured, posterior: 0.5, away, height: 0.2, hidden: 0.0 }
+        Cue { measured, posterior: 0.5, away, height: 0.2, hidden: 0.0, factor: 1.0 }
     }
 
     #[test]
@@ -119,6 +119,8 @@ mod tests {
         let far = (0.07f32 * 0.07 + 2.4 * 2.4 + 4.5 * 4.5).sqrt();
         assert!((errors[3] - far).abs() < 1e-4, "{errors:?}");
         assert!(of(&Cue { posterior: 2.0, ..cue(false, 5.0) }) > errors[2]);
+        assert_eq!(of(&Cue { factor: 2.0, ..cue(false, 5.0) }), 2.0 * errors[2]);
+        assert_eq!(of(&Cue { factor: 2.0, ..cue(true, 0.0) }), of(&cue(true, 0.0)));
     }
 
     #[test]
