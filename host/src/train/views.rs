@@ -6,8 +6,8 @@ use nalgebra::{Matrix4, Similarity3, Translation3, UnitQuaternion};
 
 /// Directions of which one is drawn.
 const DIRECTIONS: usize = 60;
-/// Least share of what the best direction shows that a direction must show.
-const WORTHWHILE: f64 = 0.75;
+/// Least share of what the best direction shows that a direction must show: who scans shows as much as can be seen.
+const WORTHWHILE: f64 = 0.9;
 /// Half the longest extent of a shape in front of the simulated scanner, its millimetres.
 const EXTENT: f64 = 130.0;
 /// Cosine of the steepest angle that is measured.
