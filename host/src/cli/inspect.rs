@@ -4,6 +4,7 @@ use super::outputs::{self, Output};
 use super::scatter::Scatter;
 use super::trained::expected_error;
 use super::{Common, Failure, inputs, say};
+use crate::quantile::quantile;
 use crate::sentence::sentence;
 use crate::{io, modes, unit};
 use lacuna::columns::Column;
@@ -72,6 +73,8 @@ struct Report<'a> {
     fit_bytes_with_momentum: usize,
     pose_bytes: usize,
     calibration: Option<&'a Calibration>,
+    /// Factors of the expected error in the bricks, of which a tenth is below and a tenth above.
+    factors: Option<[f32; 2]>,
 }
 
 #[derive(serde::Serialize)]
@@ -109,6 +112,14 @@ impl Inspect {
     }
 }
 
+/// The factor that a tenth of the bricks is below, and the one that a tenth is above.
+fn factors(model: &Model<'_>) -> Option<[f32; 2]> {
+    let bricks = 0..usize::from(model.header().bricks);
+    let mut factors: Vec<f64> = bricks.filter_map(|index| model.factor(index)).map(f64::from).collect();
+    factors.sort_by(f64::total_cmp);
+    Some([quantile(&factors, 0.1)? as f32, quantile(&factors, 0.9)? as f32])
+}
+
 fn report<'a>(model: &'a Model<'_>, bytes: usize) -> Result<Report<'a>, Failure> {
     let h = model.header();
     let required = |schedule| Sizes::required(model, &schedule).map_err(|error| sentence(&error));
@@ -144,6 +155,7 @@ fn report<'a>(model: &'a Model<'_>, bytes: usize) -> Result<Report<'a>, Failure>
         fit_bytes_with_momentum: required(Schedule::with_momentum(model))?.bytes::<Fixed>(),
         pose_bytes: sums_len(modes) * 12 + columns_len(modes) * size_of::<Column>() + modes * 4,
         calibration: model.calibration(),
+        factors: factors(model),
     })
 }
 
@@ -201,4 +213,7 @@ fn tell(r: &Report<'_>) {
     let deviations: Vec<String> = r.deviations.iter().map(|d| format!("{d:.2}")).collect();
     say(&format!("deviations      {} {} rms", deviations.join(" "), r.unit));
     say(&expected_error(r.calibration));
+    if let Some([low, high]) = r.factors {
+        say(&format!("                {low:.2} to {high:.2} times as large from place to place"));
+    }
 }

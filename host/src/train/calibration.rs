@@ -180,7 +180,8 @@ fn fitted(members: &[&Member<'_>], model: &Model<'_>) -> Option<Fit> {
     let start = of_faces(model.header().scales.millimetre);
     let noise = members.iter().filter_map(|member| sigma(member.noise().into_iter()));
     let noise = median(noise.collect())?;
-    let of_one = |member: &&Member<'_>| spread(&member.inferred().map(|(c, e, _)| (*c, e)).collect::<Vec<_>>());
+    let of_one =
+        |member: &&Member<'_>| spread(&member.inferred().map(|(c, e, _)| (*c, e)).collect::<Vec<_>>());
     let inferred: Vec<(Cue, f32)> = members.iter().flat_map(of_one).collect();
     let constants = least(&inferred, &Calibration { noise: noise as f32, ..start });
     let factors = factors::factors(members, &constants, Factors::unknown(model));

@@ -67,7 +67,8 @@ mod tests {
         let file = lacuna_fixtures::VERSIONS[0].model;
         let model = Model::from_bytes(file).expect("a model");
         let unknown = Factors::unknown(&model);
-        let logs = (0..unknown.cells()).map(|cell| (cell % 3 > 0).then_some(0.1 * cell as f32 - 0.4)).collect();
+        let logs =
+            (0..unknown.cells()).map(|cell| (cell % 3 > 0).then_some(0.1 * cell as f32 - 0.4)).collect();
         let written = unknown.with_logs(logs);
         let calibration = crate::uncertainty::expected::of_faces(0.3);
         let bytes = bytes(&written, &model);
@@ -78,7 +79,8 @@ mod tests {
             let brick = model.brick_of_cell(lacuna::grid::position(cell, model.grid().brick_sides()));
             let expected = brick.map(|_| written.log(cell).unwrap_or(0.0));
             let found = read.log(cell);
-            expected.is_some() == found.is_some() && (expected.unwrap_or(0.0) - found.unwrap_or(0.0)).abs() < 0.011
+            expected.is_some() == found.is_some()
+                && (expected.unwrap_or(0.0) - found.unwrap_or(0.0)).abs() < 0.011
         };
         assert!((0..read.cells()).all(close), "{written:?} {read:?}");
         assert!(read != Factors::unknown(&model));

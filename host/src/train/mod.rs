@@ -3,10 +3,10 @@
 pub mod align;
 mod band;
 pub mod calibration;
-pub mod factors;
 pub mod choice;
 pub mod deform;
 mod error;
+pub mod factors;
 mod footprint;
 pub mod generalised;
 pub mod grid;

@@ -3,11 +3,9 @@
 use super::Error;
 use super::volume::Lattice;
 use lacuna::Model;
-use lacuna::error::Part;
 use lacuna::arithmetic::{MAX_EXPONENT, MIN_EXPONENT};
-use lacuna::format::{
-    ABSENT, CHECKSUM_AT, Calibration, Header, MAGIC, PREFIX, UNKNOWN, VERSION, checksum,
-};
+use lacuna::error::Part;
+use lacuna::format::{ABSENT, CHECKSUM_AT, Calibration, Header, MAGIC, PREFIX, UNKNOWN, VERSION, checksum};
 use lacuna::model::Extras;
 use std::collections::BTreeMap;
 

@@ -94,9 +94,11 @@ mod tests {
         let mut logs = vec![None; unknown.cells()];
         logs[0] = Some(libm::logf(2.0));
         let one = unknown.clone().with_logs(logs.clone());
-        assert!([left, [0.0; 3], [left[0] + 0.6 * edge, left[1], left[2]]]
-            .iter()
-            .all(|&q| (one.at(q) - 2.0).abs() < 1e-5));
+        assert!(
+            [left, [0.0; 3], [left[0] + 0.6 * edge, left[1], left[2]]]
+                .iter()
+                .all(|&q| (one.at(q) - 2.0).abs() < 1e-5)
+        );
         logs[1] = Some(libm::logf(0.5));
         let two = unknown.with_logs(logs);
         let between = |share: f32| two.at([left[0] + share * edge, left[1], left[2]]);
