@@ -1,33 +1,91 @@
 //! Carries motions of some vertices over to their neighbours.
 
 use crate::mesh::{Mesh, Vector};
+use rayon::prelude::*;
+
+/// Vertices that a thread takes at a time.
+const SHARE: usize = 512;
 
 /// Motions of all vertices, where those of some are known: a vertex without one takes the mean of its neighbours'
 /// times `fade`, over `rings` rings. Beyond them nothing moves.
 pub fn carry(mesh: &Mesh, motions: &[Option<Vector>], fade: f64, rings: usize) -> Vec<Vector> {
     let mut current: Vec<Vector> = motions.iter().map(|m| m.unwrap_or_else(Vector::zeros)).collect();
-    let mut reached: Vec<bool> = motions.iter().map(Option::is_some).collect();
-    for _ in 0..rings {
-        let mut sums = vec![(Vector::zeros(), 0.0f64); current.len()];
-        for triangle in &mesh.triangles {
-            for i in 0..3 {
-                let (to, from) = (triangle[i] as usize, triangle[(i + 1) % 3] as usize);
-                for (to, from) in [(to, from), (from, to)] {
-                    if motions[to].is_none() && reached[from] {
-                        sums[to].0 += current[from];
-                        sums[to].1 += 1.0;
+    let around = Around::new(mesh, motions);
+    let (order, ring, ends) = around.rings(motions, rings);
+    for (before, &end) in ends.iter().enumerate() {
+        let mean = |&v: &u32| {
+            let known = around.of(v).iter().filter(|&&n| ring[n as usize] <= before as u32);
+            let (sum, count) = known.fold((Vector::zeros(), 0.0f64), |(sum, count), &n| {
+                (sum + current[n as usize], count + 1.0)
+            });
+            sum / count * fade
+        };
+        let next: Vec<Vector> = order[..end].par_iter().with_min_len(SHARE).map(mean).collect();
+        order.iter().zip(next).for_each(|(&v, motion)| current[v as usize] = motion);
+    }
+    current
+}
+
+/// The neighbours of the vertices without a motion, once for each triangle they share.
+struct Around {
+    /// Where the neighbours of each vertex end in the list; those of the one before end where they begin.
+    ends: Vec<u32>,
+    list: Vec<u32>,
+}
+
+impl Around {
+    fn new(mesh: &Mesh, motions: &[Option<Vector>]) -> Self {
+        let sides = |triangle: &[u32; 3]| {
+            let &[a, b, c] = triangle;
+            [(a, b), (b, a), (b, c), (c, b), (c, a), (a, c)]
+        };
+        let open = |&(to, _): &(u32, u32)| motions[to as usize].is_none();
+        let pairs = || mesh.triangles.iter().flat_map(sides).filter(open);
+        let mut ends = vec![0u32; motions.len()];
+        pairs().for_each(|(to, _)| ends[to as usize] += 1);
+        let mut sum = 0;
+        // Where each list begins; filling moves that to its end.
+        for end in &mut ends {
+            sum += std::mem::replace(end, sum);
+        }
+        let mut list = vec![0; sum as usize];
+        for (to, from) in pairs() {
+            list[ends[to as usize] as usize] = from;
+            ends[to as usize] += 1;
+        }
+        Self { ends, list }
+    }
+
+    fn of(&self, v: u32) -> &[u32] {
+        let v = v as usize;
+        let start = if v == 0 { 0 } else { self.ends[v - 1] };
+        &self.list[start as usize..self.ends[v] as usize]
+    }
+
+    /// The vertices of the first `most` rings around those with a motion, ring by ring; the ring of each vertex, 0 where
+    /// a motion is known, the largest number beyond; and where each ring ends in the list.
+    fn rings(&self, motions: &[Option<Vector>], most: usize) -> (Vec<u32>, Vec<u32>, Vec<usize>) {
+        let mut ring: Vec<u32> = motions.iter().map(|m| if m.is_some() { 0 } else { u32::MAX }).collect();
+        let first = |&v: &u32| self.of(v).iter().any(|&n| motions[n as usize].is_some());
+        let mut order: Vec<u32> = (0..motions.len() as u32).filter(first).collect();
+        let (mut ends, mut start) = (Vec::new(), 0);
+        for number in 1..=most as u32 {
+            order[start..].iter().for_each(|&v| ring[v as usize] = number);
+            ends.push(order.len());
+            let mut next = Vec::new();
+            for &v in &order[start..] {
+                for &n in self.of(v) {
+                    if ring[n as usize] == u32::MAX {
+                        ring[n as usize] = number + 1;
+                        next.push(n);
                     }
                 }
             }
+            start = order.len();
+            order.extend(next);
         }
-        for (i, (sum, count)) in sums.into_iter().enumerate() {
-            if count > 0.0 {
-                current[i] = sum / count * fade;
-                reached[i] = true;
-            }
-        }
+        (order, ring, ends)
     }
-    current
 }
 
 #[cfg(test)]
