@@ -179,7 +179,8 @@ fn assert_serves(machine: &str, elf: &Path) {
     }
 }
 
-/// The other fixtures have models of their own: two kinds of processor are built for each.
+/// The other fixtures have models of their own: each is built for one of two kinds of processor, in turn, and the one that is
+/// also served for both.
 #[test]
 fn fixtures_with_other_models_compute_the_golden_bits() {
     let machines: Vec<_> =
@@ -189,15 +190,18 @@ fn fixtures_with_other_models_compute_the_golden_bits() {
     }
     let folder = tempfile::tempdir().unwrap();
     let (model, cloud) = (folder.path().join("model.lacuna"), folder.path().join("scan.cloud"));
-    for class in lacuna_host::verify::CLASSES {
-        let case = Case::synthetic(&class).unwrap();
+    for (number, class) in lacuna_host::verify::CLASSES.iter().enumerate() {
+        let case = Case::synthetic(class).unwrap();
         std::fs::write(&model, &case.model).unwrap();
         std::fs::write(&cloud, case.points.packed().to_bytes(&case.pose, true)).unwrap();
-        for (machine, triple) in &machines {
+        let served = class.name == Class::SMALL.name;
+        let turn =
+            |(place, _): &(usize, &(&str, &str))| served || place % machines.len() == number % machines.len();
+        for (_, (machine, triple)) in machines.iter().enumerate().filter(turn) {
             let _one = alone(machine);
             let elf = build(machine, triple, Some((&model, &cloud)));
             assert_golden(machine, class.name, &run(machine, &elf));
-            if class.name == Class::SMALL.name {
+            if served {
                 assert_serves(machine, &elf);
             }
         }

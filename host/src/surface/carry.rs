@@ -15,9 +15,8 @@ pub fn carry(mesh: &Mesh, motions: &[Option<Vector>], fade: f64, rings: usize) -
     for (before, &end) in ends.iter().enumerate() {
         let mean = |&v: &u32| {
             let known = around.of(v).iter().filter(|&&n| ring[n as usize] <= before as u32);
-            let (sum, count) = known.fold((Vector::zeros(), 0.0f64), |(sum, count), &n| {
-                (sum + current[n as usize], count + 1.0)
-            });
+            let (sum, count) = known
+                .fold((Vector::zeros(), 0.0f64), |(sum, count), &n| (sum + current[n as usize], count + 1.0));
             sum / count * fade
         };
         let next: Vec<Vector> = order[..end].par_iter().with_min_len(SHARE).map(mean).collect();
