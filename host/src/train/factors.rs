@@ -23,8 +23,8 @@ pub fn factors(members: &[&Member<'_>], constants: &Calibration, unknown: Factor
     let mut sums = vec![(0.0, 0.0); unknown.cells()];
     for member in members {
         for (cell, ratios) in by_cell(member, constants, &unknown) {
-            if let Some(quantile) = sigma(ratios.into_iter()).filter(|_| sums.len() > cell) {
-                sums[cell] = (sums[cell].0 + quantile, sums[cell].1 + 1.0);
+            if let (Some(quantile), Some((sum, count))) = (sigma(ratios.into_iter()), sums.get_mut(cell)) {
+                (*sum, *count) = (*sum + quantile, *count + 1.0);
             }
         }
     }
