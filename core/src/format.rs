@@ -184,8 +184,9 @@ impl Jitter {
 /// inferred: √( hidden² + f² ( seam² + ((1 - exp(-d / posterior_way)) posterior p)² + ((1 - exp(-d / residual_way)) residual)² ) )
 /// ```
 ///
-/// with f the [`factor`] of the place (1 before version 4), misfit the root mean square distance of the measured surface from the fitted one, and hidden what a scan that
-/// was stitched from several views is off without showing it (0 for one view). Nothing of the fit depends on it.
+/// with f the [`factor`] of the place (1 before version 4), misfit the root mean square distance of the measured surface
+/// from the fitted one, and hidden what a scan that was stitched from several views is off without showing it (0 for one
+/// view). Nothing of the fit depends on it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
     /// Scans of held-back shapes it was fitted to.
@@ -207,11 +208,16 @@ pub struct Calibration {
     pub residual_way: f32,
 }
 
-/// How much farther off than elsewhere the inferred surface is in a brick, from its byte in the file: 2^((b - 128) / 32),
-/// 1/16 to 16. An ear is harder to predict than a cheek as far from the scan. Between the middles of the bricks it is
-/// interpolated linearly ([`Calibration`]).
+/// Byte of a [`factor`] of 1.
+pub const NO_FACTOR: u8 = 128;
+/// Bytes that double a [`factor`].
+pub const FACTOR_STEPS: u8 = 32;
+
+/// How much farther off than elsewhere the inferred surface is in a brick, from its byte b in the file:
+/// 2^((b - [`NO_FACTOR`]) / [`FACTOR_STEPS`]), 1/16 to 16. An ear is harder to predict than a cheek as far from the scan.
+/// Between the middles of the bricks its logarithm is interpolated linearly ([`Calibration`]).
 pub fn factor(byte: u8) -> f32 {
-    libm::exp2f((f32::from(byte) - 128.0) / 32.0)
+    libm::exp2f((f32::from(byte) - f32::from(NO_FACTOR)) / f32::from(FACTOR_STEPS))
 }
 
 /// What a model says about itself.

@@ -6,17 +6,13 @@
 use super::calibration::{Member, ratio, sigma};
 use crate::uncertainty::factors::Factors;
 use lacuna::Model;
-use lacuna::format::Calibration;
+use lacuna::format::{Calibration, FACTOR_STEPS, NO_FACTOR};
 use std::collections::BTreeMap;
 
 /// Scans without a difference that those of each brick are averaged with.
 const DOUBT: f64 = 3.0;
 /// Fewest vertices of a scan that say something about a brick.
 const FEWEST: usize = 5;
-/// The factor in the file is 2^((b - NONE) / STEPS).
-const NONE: f32 = 128.0;
-/// See [`NONE`].
-const STEPS: f32 = 32.0;
 
 /// The factors that go with `constants`; `unknown` is the grid of the model.
 pub fn factors(members: &[&Member<'_>], constants: &Calibration, unknown: Factors) -> Factors {
@@ -53,7 +49,9 @@ pub fn bytes(factors: &Factors, model: &Model<'_>) -> Vec<u8> {
     let middle = |corner: [u16; 3]| corner.map(|c| f32::from(c) + f32::from(edge) / 2.0 - 0.5);
     let byte = |corner| {
         let log = factors.cell(middle(corner)).and_then(|cell| factors.log(cell)).unwrap_or(0.0);
-        (NONE + STEPS * log / core::f32::consts::LN_2).round().clamp(0.0, 255.0) as u8
+        (f32::from(NO_FACTOR) + f32::from(FACTOR_STEPS) * log / core::f32::consts::LN_2)
+            .round()
+            .clamp(0.0, 255.0) as u8
     };
     model.bricks().map(|brick| byte(brick.corner)).collect()
 }
