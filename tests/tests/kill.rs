@@ -5,7 +5,7 @@
 use lacuna_tests::program::{files, lacuna, path, succeeds};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use tempfile::tempdir;
@@ -44,8 +44,21 @@ fn jobs() -> Vec<Job> {
     ]
 }
 
-/// Starts a job, waits, and ends it: by force, or by a request.
-fn killed(folder: &Path, job: &Job, wait: Duration, by_force: bool) {
+/// How a job is ended.
+#[derive(Clone, Copy, PartialEq)]
+enum End {
+    ByForce,
+    ByRequest,
+    /// By a request while a file is being written.
+    ByRequestWhileWriting,
+}
+
+impl End {
+    const ALL: [Self; 3] = [Self::ByForce, Self::ByRequest, Self::ByRequestWhileWriting];
+}
+
+/// Starts a job, waits, and ends it.
+fn killed(folder: &Path, job: &Job, wait: Duration, end: End) {
     let mut child = Command::new(path())
         .args(&job.arguments)
         .current_dir(folder)
@@ -53,8 +66,12 @@ fn killed(folder: &Path, job: &Job, wait: Duration, by_force: bool) {
         .stderr(Stdio::null())
         .spawn()
         .expect("the program starts");
-    std::thread::sleep(wait);
-    if by_force {
+    if end == End::ByRequestWhileWriting {
+        while temporary(folder).is_empty() && child.try_wait().expect("it can be asked").is_none() {}
+    } else {
+        std::thread::sleep(wait);
+    }
+    if end == End::ByForce {
         let _ = child.kill();
     } else {
         let id = child.id().to_string();
@@ -63,8 +80,14 @@ fn killed(folder: &Path, job: &Job, wait: Duration, by_force: bool) {
     child.wait().expect("it ends");
 }
 
-fn temporary(folder: &Path) -> Vec<String> {
-    files(folder).into_iter().filter(|name| name.starts_with(".lacuna-")).collect()
+/// Temporary files in a folder and in that of the evaluation.
+fn temporary(folder: &Path) -> Vec<PathBuf> {
+    let folders = [folder.to_path_buf(), folder.join("evaluation")];
+    let within =
+        |folder: &PathBuf| files(folder).into_iter().map(|name| folder.join(name)).collect::<Vec<_>>();
+    let all = folders.iter().filter(|folder| folder.is_dir()).flat_map(within);
+    all.filter(|path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(".lacuna-")))
+        .collect()
 }
 
 #[test]
@@ -89,17 +112,15 @@ fn killed_programs_leave_the_old_or_the_new_output() {
                     files(&here.join("evaluation")).into_iter().filter(|name| name.starts_with("state-"));
                 state.for_each(|name| std::fs::remove_file(here.join("evaluation").join(name)).unwrap());
             }
-            let by_force = number % 2 == 0;
-            killed(here, &job, length.mul_f64(random.random_range(0.3..1.3)), by_force);
+            let end = End::ALL[number % End::ALL.len()];
+            killed(here, &job, length.mul_f64(random.random_range(0.3..1.3)), end);
             let left = std::fs::read(&file).unwrap();
             assert!(left == old || left == new, "{:?}, kill {number}: {} bytes", job.arguments, left.len());
             replaced += usize::from(left == new);
-            let folders = [here.to_path_buf(), here.join("evaluation")];
-            let forgotten: Vec<String> =
-                folders.iter().filter(|f| f.is_dir()).flat_map(|f| temporary(f)).collect();
-            assert!(by_force || forgotten.is_empty(), "{:?}: {forgotten:?}", job.arguments);
-            for (folder, name) in folders.iter().flat_map(|f| forgotten.iter().map(move |name| (f, name))) {
-                let _ = std::fs::remove_file(folder.join(name));
+            let forgotten = temporary(here);
+            assert!(end == End::ByForce || forgotten.is_empty(), "{:?}: {forgotten:?}", job.arguments);
+            for path in forgotten {
+                let _ = std::fs::remove_file(path);
             }
         }
         assert!(lacuna(here, &job.arguments).status.success(), "the next run succeeds");

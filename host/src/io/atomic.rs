@@ -41,21 +41,18 @@ fn fill_directly(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()
 }
 
 fn replace(target: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
-    // Dropped on any error below, and with it the file.
-    let mut temporary = temporary_in(&folder_of(target))?;
-    let _listed = Listed::new(temporary.path());
-    let mut out = BufWriter::with_capacity(1 << 16, temporary.as_file_mut());
+    // Removed on any error below.
+    let mut temporary = Temporary::in_folder(&folder_of(target))?;
+    let mut out = BufWriter::with_capacity(1 << 16, temporary.file.as_file_mut());
     fill(&mut out)?;
     out.flush()?;
     drop(out);
-    temporary.as_file().sync_all()?;
-    // An end on request waits for the name: the list is locked meanwhile.
-    let _waiting = list();
-    temporary.persist(target).map_err(|failed| failed.error)?;
-    Ok(())
+    temporary.file.as_file().sync_all()?;
+    temporary.rename(target)
 }
 
-/// Temporary files being written now.
+/// Temporary files being written now. It is locked whenever one appears or goes, so that no end on request can come
+/// between a file and its entry.
 static TEMPORARY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 fn list() -> MutexGuard<'static, Vec<PathBuf>> {
@@ -73,19 +70,32 @@ pub fn abandon() {
     std::mem::forget(temporary);
 }
 
-/// A temporary file in the list, until dropped.
-struct Listed(PathBuf);
+/// A temporary file in the list; gone when dropped.
+struct Temporary {
+    file: tempfile::NamedTempFile,
+}
 
-impl Listed {
-    fn new(path: &Path) -> Self {
-        list().push(path.into());
-        Self(path.into())
+impl Temporary {
+    fn in_folder(folder: &Path) -> io::Result<Self> {
+        let mut list = list();
+        let file = temporary_in(folder)?;
+        list.push(file.path().into());
+        Ok(Self { file })
+    }
+
+    /// Gives the file its name, which an end on request waits for.
+    fn rename(self, target: &Path) -> io::Result<()> {
+        let _waiting = list();
+        fs::rename(self.file.path(), target)
     }
 }
 
-impl Drop for Listed {
+impl Drop for Temporary {
     fn drop(&mut self) {
-        list().retain(|path| *path != self.0);
+        let mut list = list();
+        // Not there any more if it was renamed.
+        let _ = fs::remove_file(self.file.path());
+        list.retain(|path| path != self.file.path());
     }
 }
 
@@ -101,17 +111,22 @@ fn temporary_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     use std::os::unix::fs::PermissionsExt;
     // Less the umask, as for any new file; the default would be the owner's eyes only.
     let permissions = fs::Permissions::from_mode(0o666);
-    tempfile::Builder::new().prefix(".lacuna-").permissions(permissions).tempfile_in(folder)
+    tempfile::Builder::new()
+        .prefix(".lacuna-")
+        .permissions(permissions)
+        .disable_cleanup(true)
+        .tempfile_in(folder)
 }
 
 #[cfg(not(unix))]
 fn temporary_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
-    tempfile::Builder::new().prefix(".lacuna-").tempfile_in(folder)
+    tempfile::Builder::new().prefix(".lacuna-").disable_cleanup(true).tempfile_in(folder)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::Barrier;
 
     fn files_in(folder: &Path) -> usize {
         fs::read_dir(folder).unwrap().count()
@@ -140,6 +155,37 @@ mod tests {
         let message = write(&path, full).unwrap_err().to_string();
         assert!(message.contains("a.txt") && message.contains("the disk is full"), "{message}");
         assert_eq!((fs::read(&path).unwrap().as_slice(), files_in(folder.path())), (b"old".as_slice(), 1));
+    }
+
+    #[test]
+    fn no_file_appears_or_goes_while_the_list_is_locked() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        let (filled, ended) = (Barrier::new(2), Barrier::new(2));
+        let pause = || std::thread::sleep(std::time::Duration::from_millis(50));
+        std::thread::scope(|scope| {
+            let locked = list();
+            let writer = scope.spawn(|| {
+                let fail = |_: &mut dyn Write| {
+                    filled.wait();
+                    ended.wait();
+                    Err(io::ErrorKind::StorageFull.into())
+                };
+                write(&path, fail).unwrap_err();
+            });
+            pause();
+            assert_eq!(files_in(folder.path()), 0, "an end on request would not know of it");
+            drop(locked);
+            filled.wait();
+            let locked = list();
+            assert!(locked.iter().any(|path| path.starts_with(folder.path())));
+            ended.wait();
+            pause();
+            assert_eq!(files_in(folder.path()), 1, "an end on request has to wait");
+            drop(locked);
+            writer.join().unwrap();
+        });
+        assert_eq!(files_in(folder.path()), 0);
     }
 
     #[test]
