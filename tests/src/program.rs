@@ -22,8 +22,8 @@ pub fn path() -> &'static Path {
 /// The name of the integration test that an executable is.
 fn test_name(executable: &Path) -> Option<String> {
     let (name, _) = executable.file_stem()?.to_str()?.rsplit_once('-')?;
-    let source = format!("{}/tests/{name}.rs", env!("CARGO_MANIFEST_DIR"));
-    Path::new(&source).exists().then(|| name.into())
+    let sources = ["", "/main"].map(|end| format!("{}/tests/{name}{end}.rs", env!("CARGO_MANIFEST_DIR")));
+    sources.iter().any(|source| Path::new(source).exists()).then(|| name.into())
 }
 
 fn build(profile_folder: &Path, test: Option<String>) {

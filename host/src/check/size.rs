@@ -6,6 +6,7 @@ use crate::register::field::Field;
 use crate::unit;
 use lacuna::Model;
 use lacuna::format::Unit;
+use std::ops::RangeInclusive;
 
 /// Largest factor between scan and model that is searched.
 pub const LIMIT: f64 = 6.0;
@@ -75,10 +76,38 @@ pub fn unit_of(ratio: f64, own: Unit) -> Option<String> {
     })
 }
 
+/// Longest sides of what is scanned by hand, millimetres: of an ear, of a person.
+const USUAL: RangeInclusive<f64> = 15.0..=3000.0;
+
+/// What to do about shapes of a length that is not of anything scanned by hand, if they might be in another unit.
+pub(super) fn unusual(length: f64, unit: Unit) -> Option<String> {
+    let usual = |&other: &Unit| USUAL.contains(&(length * unit::millimetres(other)));
+    if usual(&unit) {
+        return None;
+    }
+    let known = [Unit::Millimetre, Unit::Metre, Unit::Inch, Unit::Micrometre];
+    let option = |unit: Unit| format!("--unit {}", unit::symbol(unit));
+    let others: Vec<String> = known.into_iter().filter(usual).map(option).collect();
+    let (own, others) = (unit::symbol(unit), others.join(" or "));
+    (!others.is_empty())
+        .then(|| format!("it is {length:.4} {own} long; if that is not its unit, give {others}"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::mesh::Point;
+
+    #[test]
+    fn a_face_in_metres_is_offered_its_unit_and_one_in_millimetres_is_not() {
+        assert_eq!(unusual(230.0, Unit::Millimetre), None);
+        assert_eq!(unusual(0.23, Unit::Metre), None);
+        let text = unusual(0.23, Unit::Millimetre).expect("a note");
+        assert_eq!(text, "it is 0.2300 mm long; if that is not its unit, give --unit m");
+        assert!(unusual(9.0, Unit::Millimetre).is_some_and(|text| text.ends_with("--unit m or --unit in")));
+        assert!(unusual(2.3e5, Unit::Millimetre).is_some_and(|text| text.ends_with("--unit um")));
+        assert_eq!(unusual(1e-9, Unit::Millimetre), None, "no unit helps");
+    }
 
     #[test]
     fn a_few_stray_points_do_not_make_a_scan_longer() {

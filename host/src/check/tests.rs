@@ -148,6 +148,12 @@ fn training_sets_are_judged_together() {
     };
     let set = judge(vec![one.clone(), one.clone(), other.clone()]).ok().unwrap();
     assert_eq!(set.shapes.iter().map(|(n, _)| *n).collect::<Vec<_>>(), [0, 2]);
+    let metres = judge(vec![scaled(0.03), scaled(0.031)]).ok().unwrap();
+    assert!(
+        matches!(&metres.findings[..], [(0, text)] if text.ends_with("--unit m")),
+        "{:?}",
+        metres.findings
+    );
     assert!(set.findings[0].1.contains("the same shape as a"));
     let refused = |shapes| judge(shapes).err().unwrap().to_string();
     assert!(refused(vec![one.clone()]).contains("there is 1 different"));
@@ -194,7 +200,8 @@ fn targets_are_of_the_shapes_size() {
         mesh.points.iter_mut().for_each(|p| *p *= factor);
         training::target(Loaded { mesh, repairs: vec![] }, &shapes, Unit::Millimetre)
     };
-    assert!(!judge(1.2).is_refused());
+    assert!(!judge(1.2).is_refused() && !texts(&judge(1.2)).contains("training shapes"));
+    assert!(texts(&judge(1.0)).contains("one of the training shapes"), "{}", texts(&judge(1.0)));
     assert!(texts(&judge(1e-3)).contains("another unit"), "{}", texts(&judge(1e-3)));
     let cloud = Loaded { mesh: Mesh { triangles: vec![], ..shapes[0].clone() }, repairs: vec![] };
     assert!(training::target(cloud, &shapes, Unit::Millimetre).is_refused());

@@ -41,11 +41,12 @@ pub fn set(shapes: Vec<Loaded>, names: &[String], unit: Unit) -> Result<Set, Ref
     if kept.len() < 2 {
         return Err(Refused(too_few(kept.len(), findings.len())));
     }
-    sizes(&kept, unit).map_err(|(number, text)| Refused(format!("{}: {text}", name(number))))?;
+    let median = sizes(&kept, unit).map_err(|(number, text)| Refused(format!("{}: {text}", name(number))))?;
+    findings.extend(size::unusual(median, unit).map(|text| (kept[0].0, text)));
     Ok(Set { shapes: kept, findings })
 }
 
-/// A shape that models of the `shapes` are to approximate: for itself, and its size.
+/// A shape that models of the `shapes` are to approximate: for itself, its size, and whether it is one of them.
 pub fn target(target: Loaded, shapes: &[Mesh], unit: Unit) -> Checked {
     let corresponds = shapes.first().is_some_and(|first| correspondence::correspond(first, &target.mesh));
     let mut checked = single(target, if corresponds { Flat::Kept } else { Flat::LeftOut });
@@ -56,6 +57,10 @@ pub fn target(target: Loaded, shapes: &[Mesh], unit: Unit) -> Checked {
     lengths.sort_by(f64::total_cmp);
     if let Some(text) = misfit(size::of_mesh(&checked.mesh), lengths[lengths.len() / 2], unit) {
         checked.refused(text);
+    } else if shapes.contains(&checked.mesh) {
+        checked.note(
+            "it is one of the training shapes: how well others are approximated it does not tell".into(),
+        );
     }
     checked
 }
@@ -88,8 +93,8 @@ fn too_few(different: usize, found: usize) -> String {
     format!("a model needs at least 2 different shapes, there is {what}{why}: add meshes")
 }
 
-/// Finds a shape whose size is not that of the others.
-fn sizes(shapes: &[(usize, Mesh)], unit: Unit) -> Result<(), (usize, String)> {
+/// Finds a shape whose size is not that of the others; the median length.
+fn sizes(shapes: &[(usize, Mesh)], unit: Unit) -> Result<f64, (usize, String)> {
     let mut sorted: Vec<f64> = shapes.iter().map(|(_, mesh)| size::of_mesh(mesh)).collect();
     sorted.sort_by(f64::total_cmp);
     let median = sorted[sorted.len() / 2];
@@ -98,7 +103,7 @@ fn sizes(shapes: &[(usize, Mesh)], unit: Unit) -> Result<(), (usize, String)> {
             return Err((*number, text));
         }
     }
-    Ok(())
+    Ok(median)
 }
 
 /// What is wrong about a length among shapes of another one.

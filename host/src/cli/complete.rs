@@ -78,7 +78,7 @@ impl Complete {
     pub fn run_by(
         &self,
         common: &Common,
-        fit: impl FnOnce(&Model<'_>, &Start, &Options<'_>) -> Result<Fit, complete::Error>,
+        fit: impl FnOnce(&Model<'_>, &Start, &Options<'_>) -> Result<Fit, complete::Error> + Send,
     ) -> Result<(), Failure> {
         let bytes = self.subject.model_bytes()?;
         let model = self.subject.model(&bytes)?;

@@ -6,7 +6,7 @@
 
 use crate::distance::Surface;
 use crate::mesh::{Mesh, Point, Vector};
-use crate::surface::carry;
+use crate::surface::{carry, carry_next_to_known};
 use rayon::prelude::*;
 
 /// Label of a vertex that was moved onto the scan.
@@ -57,16 +57,16 @@ pub fn merge(fitted: &Mesh, scan: &Surface, limits: &Limits) -> Merged {
         .zip(&normals)
         .map(|(point, normal)| motion(point, normal, scan, limits))
         .collect();
-    // Beyond the last ring a motion ends at FADE^RINGS of itself, a 28th: no step to be seen.
-    let mut faded = carry(fitted, &motions, FADE, RINGS);
     for _ in 0..YIELDS {
-        let strays = strays(fitted, &normals, &motions, &faded, limits.step);
+        let near = carry_next_to_known(fitted, &motions, FADE, RINGS);
+        let strays = strays(fitted, &normals, &motions, &near, limits.step);
         if strays.is_empty() {
             break;
         }
         strays.into_iter().for_each(|v| motions[v as usize] = None);
-        faded = carry(fitted, &motions, FADE, RINGS);
     }
+    // Beyond the last ring a motion ends at FADE^RINGS of itself, a 28th: no step to be seen.
+    let faded = carry(fitted, &motions, FADE, RINGS);
     let heights = faded.iter().zip(&normals).map(|(motion, normal)| motion.dot(normal) as f32).collect();
     let points: Vec<Point> = fitted.points.iter().zip(&faded).map(|(p, motion)| p + motion).collect();
     let distance =
@@ -114,7 +114,7 @@ fn faces(scan: &Surface, triangle: u32, normal: &Vector) -> bool {
 }
 
 /// Measured vertices that moved by more than `step` otherwise than an inferred neighbour, or farther outward: at sharp
-/// edges the same motion may lead outward at one end and along the surface at the other.
+/// edges the same motion may lead outward at one end and along the surface at the other. `faded` holds at the seam.
 fn strays(
     mesh: &Mesh,
     normals: &[Vector],

@@ -35,7 +35,7 @@ use clutter::{APART, Clutter};
 use fitted::{Agreement, Fitted};
 use lacuna::completion::Settings;
 use lacuna::{Arithmetic, Model, Reach, Schedule};
-use measured::{Measured, scan_surface};
+use measured::scan_surface;
 use merge::{Limits, MEASURED, Merged};
 use noise::Noise;
 pub use start::{Hint, Start, start};
@@ -158,20 +158,25 @@ pub fn complete_by(
     model: &Model<'_>,
     scan: &Mesh,
     options: &Options<'_>,
-    begin: impl FnOnce(&Mesh) -> Result<Start, Error> + Send,
-    fit: impl FnOnce(&Start) -> Result<Fit, Error>,
+    begin: impl FnOnce(&Mesh) -> Result<Start, Error>,
+    fit: impl FnOnce(&Start) -> Result<Fit, Error> + Send,
 ) -> Result<Completion, Error> {
     let all = scan.elements();
     let cleaned = clean::clean(scan, options.widest(model));
     let noise = cleaned.noise;
-    let (measured, start) = rayon::join(|| scan_surface(&cleaned.scan, model), || begin(&cleaned.scan));
-    let (scan, measured, start) = with_pieces(model, cleaned, (measured?, start?))?;
+    let start = begin(&cleaned.scan)?;
+    let (scan, start) = with_pieces(model, cleaned, start);
     let specks = all - scan.elements();
-    let fit = fit(&start)?;
-    let fitted = Fitted::new(model, &start, &fit);
+    let fitted = || -> Result<_, Error> {
+        let fit = fit(&start)?;
+        let fitted = Fitted::new(model, &start, &fit);
+        let surfaces = [&fitted.global, &fitted.local].map(|distances| distances.surface(&fitted.placed, 1));
+        Ok((fit, fitted, surfaces))
+    };
+    let (measured, fitted) = rayon::join(|| scan_surface(&scan, model), fitted);
+    let (measured, (fit, fitted, [global, local])) = (measured?, fitted?);
     let placed = fitted.placed;
     let agreement = fitted.agreement(model, start.thinned.points.points.len());
-    let (global, local) = (fitted.global.surface(&placed, 1), fitted.local.surface(&placed, 1));
     let drawn = fitted.drawn_to(model, &measured.surface);
     let whole = fair(&drawn.surface(&placed, options.finer), FAIRING);
     if whole.triangles.is_empty() {
@@ -207,23 +212,18 @@ pub fn complete_by(
 }
 
 /// The scan with those of its small pieces that belong to the shape, and what is made of it.
-fn with_pieces(
-    model: &Model<'_>,
-    cleaned: Cleaned,
-    (measured, mut start): (Measured, Start),
-) -> Result<(Mesh, Measured, Start), Error> {
+fn with_pieces(model: &Model<'_>, cleaned: Cleaned, mut start: Start) -> (Mesh, Start) {
     let pieces = pieces::belonging(model, &cleaned, &start.known);
     let mut scan = cleaned.scan;
     if pieces.points.is_empty() {
-        return Ok((scan, measured, start));
+        return (scan, start);
     }
     scan.append(&pieces);
-    let measured = scan_surface(&scan, model)?;
     // The points of a depth image are not those of its mesh, and have all pieces.
     if start.depth.is_none() {
         start.thinned = start::thinned(model, &scan, &start.known);
     }
-    Ok((scan, measured, start))
+    (scan, start)
 }
 
 /// One class millimetre in the scan's unit.

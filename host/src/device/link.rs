@@ -19,7 +19,7 @@ pub trait Link {
     fn receive(&mut self, bytes: &mut [u8], patience: Duration) -> io::Result<usize>;
 }
 
-impl Link for Box<dyn Link> {
+impl Link for Box<dyn Link + Send> {
     fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         (**self).send(bytes)
     }

@@ -14,7 +14,7 @@ mod rim;
 mod signs;
 mod topology;
 
-pub use carry::carry;
+pub use carry::{carry, carry_next_to_known};
 pub use components::{components, keep, keep_triangles, largest_component, pieces};
 pub use fairing::fair;
 pub use geodesic::path_lengths;

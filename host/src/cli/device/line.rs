@@ -36,7 +36,7 @@ pub struct Line {
 }
 
 /// A client for any kind of line.
-pub type AnyClient = Client<Box<dyn Link>>;
+pub type AnyClient = Client<Box<dyn Link + Send>>;
 
 impl Line {
     /// Reaches the device and says hello.
@@ -49,7 +49,7 @@ impl Line {
         Ok(client)
     }
 
-    fn link(&self) -> Result<Box<dyn Link>, Failure> {
+    fn link(&self) -> Result<Box<dyn Link + Send>, Failure> {
         let Address { serial: path, tcp: address, qemu } = &self.address;
         if let Some(path) = path {
             let port = serial(path, self.baud);
