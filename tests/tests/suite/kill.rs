@@ -47,14 +47,14 @@ fn jobs() -> Vec<Job> {
 /// How a job is ended.
 #[derive(Clone, Copy, PartialEq)]
 enum End {
-    ByForce,
-    ByRequest,
+    Force,
+    Request,
     /// By a request while a file is being written.
-    ByRequestWhileWriting,
+    RequestWhileWriting,
 }
 
 impl End {
-    const ALL: [Self; 3] = [Self::ByForce, Self::ByRequest, Self::ByRequestWhileWriting];
+    const ALL: [Self; 3] = [Self::Force, Self::Request, Self::RequestWhileWriting];
 }
 
 /// Starts a job, waits, and ends it.
@@ -66,12 +66,12 @@ fn killed(folder: &Path, job: &Job, wait: Duration, end: End) {
         .stderr(Stdio::null())
         .spawn()
         .expect("the program starts");
-    if end == End::ByRequestWhileWriting {
+    if end == End::RequestWhileWriting {
         while temporary(folder).is_empty() && child.try_wait().expect("it can be asked").is_none() {}
     } else {
         std::thread::sleep(wait);
     }
-    if end == End::ByForce {
+    if end == End::Force {
         let _ = child.kill();
     } else {
         let id = child.id().to_string();
@@ -118,7 +118,7 @@ fn killed_programs_leave_the_old_or_the_new_output() {
             assert!(left == old || left == new, "{:?}, kill {number}: {} bytes", job.arguments, left.len());
             replaced += usize::from(left == new);
             let forgotten = temporary(here);
-            assert!(end == End::ByForce || forgotten.is_empty(), "{:?}: {forgotten:?}", job.arguments);
+            assert!(end == End::Force || forgotten.is_empty(), "{:?}: {forgotten:?}", job.arguments);
             for path in forgotten {
                 let _ = std::fs::remove_file(path);
             }
