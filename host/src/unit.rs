@@ -23,6 +23,14 @@ pub fn parse(name: &str) -> Result<Unit, String> {
     }
 }
 
+/// A length or an area in words: so many decimal places, and more where they would leave less than two digits of it, as of
+/// those in metres.
+pub fn digits(value: f64, places: usize) -> String {
+    let first = value.abs().log10().floor();
+    let needed = if first.is_finite() { (1.0 - first).clamp(0.0, 15.0) as usize } else { 0 };
+    format!("{value:.0$}", places.max(needed))
+}
+
 /// The symbol of a unit.
 pub fn symbol(unit: Unit) -> &'static str {
     match unit {
@@ -30,5 +38,18 @@ pub fn symbol(unit: Unit) -> &'static str {
         Unit::Metre => "m",
         Unit::Inch => "in",
         Unit::Micrometre => "um",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_length_in_metres_keeps_two_digits_and_one_in_millimetres_its_places() {
+        let written = [(1.754, 2), (0.001754, 2), (0.04, 2), (0.0, 2), (23.6, 0), (0.0236, 0), (1e-30, 2)];
+        let expected = ["1.75", "0.0018", "0.040", "0.00", "24", "0.024", "0.000000000000000"];
+        assert_eq!(written.map(|(value, places)| digits(value, places)), expected);
+        assert_eq!(digits(f64::INFINITY, 2), "inf");
     }
 }

@@ -104,7 +104,7 @@ mod tests {
         assert_eq!(unusual(0.23, Unit::Metre), None);
         let text = unusual(0.23, Unit::Millimetre).expect("a note");
         assert_eq!(text, "it is 0.2300 mm long; if that is not its unit, give --unit m");
-        assert!(unusual(9.0, Unit::Millimetre).is_some_and(|text| text.ends_with("--unit m or --unit in")));
+        assert!(unusual(2.4, Unit::Millimetre).is_some_and(|text| text.ends_with("--unit m or --unit in")));
         assert!(unusual(2.3e5, Unit::Millimetre).is_some_and(|text| text.ends_with("--unit um")));
         assert_eq!(unusual(1e-9, Unit::Millimetre), None, "no unit helps");
     }

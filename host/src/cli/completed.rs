@@ -5,6 +5,7 @@ use crate::complete::noise::Noise;
 use crate::complete::verdict::Verdict;
 use crate::fit::Digests;
 use crate::uncertainty::Share;
+use crate::unit::digits;
 use lacuna::Model;
 use lacuna::format::Calibration;
 
@@ -83,16 +84,17 @@ impl Completed<'_> {
                 "inliers         {:.1} % of the scan near the model lies on it",
                 100.0 * verdict.inlier_share
             ),
-            format!("seen part       {:.3} {symbol} rms from the fitted surface", verdict.seen_rms),
+            format!("seen part       {} {symbol} rms from the fitted surface", digits(verdict.seen_rms, 3)),
             format!(
-                "inferred part   {:.0} % of the surface, {:.0} {symbol}2",
+                "inferred part   {:.0} % of the surface, {} {symbol}2",
                 100.0 * verdict.inferred_share,
-                verdict.inferred_area
+                digits(verdict.inferred_area, 0)
             ),
             self.expected_error.line(symbol),
         ];
         lines.extend(self.noise.map(|Noise { before, after }| {
-            format!("noise           {before:.2} {symbol} in the scan, {after:.2} after smoothing (--keep-noise keeps it)")
+            let [before, after] = [before, after].map(|noise| digits(noise, 2));
+            format!("noise           {before} {symbol} in the scan, {after} after smoothing (--keep-noise keeps it)")
         }));
         lines.extend(self.clutter.line(symbol));
         if self.mirrored_voxels > 0 {
@@ -141,7 +143,11 @@ impl Clutter {
         let Self { points, area_share, area, .. } = self;
         (*points > 0).then(|| {
             let share = 100.0 * area_share;
-            let of = if *area > 0.0 { format!("area, {area:.0} {symbol}2, ") } else { "points, ".into() };
+            let of = if *area > 0.0 {
+                format!("area, {} {symbol}2, ", digits(*area, 0))
+            } else {
+                "points, ".into()
+            };
             format!("not the class   {share:.0} % of the scan's {of}{points} points: {how}")
         })
     }
@@ -158,13 +164,18 @@ impl<'a> ExpectedError<'a> {
 
     fn line(&self, symbol: &str) -> String {
         let part = |share: Option<Share>| {
-            share.map_or("-".into(), |s| format!("{:.2} {symbol} (95 % under {:.2})", s.median, s.p95))
+            share.map_or("-".into(), |s| {
+                format!("{} {symbol} (95 % under {})", digits(s.median, 2), digits(s.p95, 2))
+            })
         };
         let guess = if self.calibrated { "" } else { "; a guess, the model is not calibrated" };
         let (measured, inferred) = (part(self.measured), part(self.inferred));
         let hidden = self.hidden;
         let views = if hidden > 0.0 {
-            format!("; {hidden:.2} {symbol} of it for how several views lie beside each other")
+            format!(
+                "; {} {symbol} of it for how several views lie beside each other",
+                digits(hidden.into(), 2)
+            )
         } else {
             String::new()
         };

@@ -6,6 +6,7 @@ use super::trained::expected_error;
 use super::{Common, Failure, inputs, say};
 use crate::quantile::quantile;
 use crate::sentence::sentence;
+use crate::unit::digits;
 use crate::{io, modes, unit};
 use lacuna::columns::Column;
 use lacuna::format::{Calibration, Header, Jitter, Symmetry};
@@ -190,13 +191,18 @@ fn tell(r: &Report<'_>) {
         r.spacing, r.unit, r.voxels, r.bricks
     ));
     say(&format!(
-        "weight nodes    every {} voxels ({:.1} {}), {} active",
-        r.stride, r.node_distance, r.unit, r.active_nodes
+        "weight nodes    every {} voxels ({} {}), {} active",
+        r.stride,
+        digits(r.node_distance.into(), 1),
+        r.unit,
+        r.active_nodes
     ));
-    say(&format!("hull            {:.1} {} in front, {:.1} behind", r.hull_front, r.unit, r.hull_behind));
+    let [front, behind] = [r.hull_front, r.hull_behind].map(|depth| digits(depth.into(), 1));
+    say(&format!("hull            {front} {} in front, {behind} behind", r.unit));
     if let Some(Plane { normal: [x, y, z], offset, deviation }) = r.symmetry {
+        let (offset, deviation) = (digits(offset.into(), 1), digits(deviation.into(), 2));
         say(&format!(
-            "symmetry        {x:.3} x + {y:.3} y + {z:.3} z = {offset:.1} {}, mirror images lie {deviation:.2} off",
+            "symmetry        {x:.3} x + {y:.3} y + {z:.3} z = {offset} {}, mirror images lie {deviation} off",
             r.unit
         ));
     }

@@ -33,6 +33,12 @@ pub fn apart(inputs: &[impl AsRef<Path>], outputs: &[Output<'_>]) -> Result<(), 
     let inputs: Vec<PathBuf> = inputs.iter().filter_map(|path| identity(path.as_ref())).collect();
     for (number, output) in outputs.iter().enumerate() {
         let (option, name) = (output.option, output.path.display());
+        if output.path == Path::new("-") {
+            let format = output.format;
+            return usage(format!(
+                "{option} -: results are files, none goes to the standard output: give a name with .{format}"
+            ));
+        }
         if let Some(other) = other_format(output) {
             let format = output.format.to_uppercase();
             return usage(format!(
@@ -106,6 +112,7 @@ mod tests {
         let twice = [output("--output", &result, "ply"), output("--local-surface", &result, "ply")];
         assert!(said(&twice).unwrap_err().contains("--local-surface and --output are both"));
         assert!(said(&[output("--picture", &result, "png")]).unwrap_err().contains(".png"));
+        assert!(said(&[output("--output", Path::new("-"), "ply")]).unwrap_err().contains("standard output"));
         let nowhere = folder.path().join("no").join("result.ply");
         assert!(said(&[output("--output", &nowhere, "ply")]).unwrap_err().ends_with("does not exist"));
         assert!(said(&[output("--output", folder.path(), "ply")]).unwrap_err().ends_with("is a folder"));

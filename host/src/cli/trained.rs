@@ -4,6 +4,7 @@ use super::scatter::Scatter;
 use crate::train::align::Way;
 use crate::train::choice::{Choice, Size};
 use crate::train::leave_one_out;
+use crate::unit::digits;
 use lacuna::Model;
 use lacuna::format::Calibration;
 
@@ -111,7 +112,8 @@ impl Report {
         lines.extend(self.choice.as_ref().map(|choice| chosen(choice, symbol)));
         lines.extend(self.symmetry_deviation.map(|off| {
             format!(
-                "symmetry        a plane; mirror images lie {off:.2} {symbol} off in the root mean square"
+                "symmetry        a plane; mirror images lie {} {symbol} off in the root mean square",
+                digits(off.into(), 2)
             )
         }));
         lines.push(expected_error(self.calibration.as_ref()));

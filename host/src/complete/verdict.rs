@@ -3,6 +3,7 @@
 use crate::register::Registration;
 use crate::register::rank::SIZES;
 use crate::uncertainty::spread::Spread;
+use crate::unit::digits;
 use serde::Serialize;
 
 /// An overall judgement, best first.
@@ -227,7 +228,7 @@ impl Verdict {
         findings.add(
             self.seen_rms > millimetre,
             Grade::Check,
-            format!("the fit misses the measured surface by {:.2} {unit} rms", self.seen_rms),
+            format!("the fit misses the measured surface by {} {unit} rms", digits(self.seen_rms, 2)),
         );
         findings.add(
             self.weight_norm >= UNUSUAL,
@@ -247,15 +248,15 @@ impl Verdict {
             loose > LOOSEST,
             Grade::Check,
             format!(
-                "what was not seen is hardly determined: by the model alone it varies by {:.1} {unit} (one deviation)",
-                loose * millimetre
+                "what was not seen is hardly determined: by the model alone it varies by {} {unit} (one deviation)",
+                digits(loose * millimetre, 1)
             ),
         );
         let vague = self.expected.unwrap_or(0.0);
         findings.add(
             vague > VAGUEST * millimetre,
             Grade::Check,
-            format!("half of what was not seen is expected to be off by {vague:.1} {unit} or more"),
+            format!("half of what was not seen is expected to be off by {} {unit} or more", digits(vague, 1)),
         );
     }
 }

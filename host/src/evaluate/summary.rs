@@ -2,6 +2,7 @@
 
 use super::{Approximation, Record, Score};
 use crate::quantile::quantile;
+use crate::unit::digits;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -18,7 +19,8 @@ pub struct Quartiles {
 
 impl std::fmt::Display for Quartiles {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.pad(&format!("{:.3} [{:.3} {:.3}]", self.median, self.q1, self.q3))
+        let [median, q1, q3] = [self.median, self.q1, self.q3].map(|value| digits(value, 3));
+        f.pad(&format!("{median} [{q1} {q3}]"))
     }
 }
 

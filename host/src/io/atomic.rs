@@ -10,8 +10,8 @@ use super::error::Error;
 /// Writes a file by way of a temporary one in the same folder, so that a reader never sees half
 /// of it and a failure leaves what was there before.
 ///
-/// The result has the permissions of any newly created file. A link is followed; a device or a
-/// pipe, which cannot be replaced, is written directly. A write-protected file stays as it is.
+/// The result has the permissions of the file it replaces, or of any newly created one. A link is followed; a device or
+/// a pipe, which cannot be replaced, is written directly. A write-protected file stays as it is.
 ///
 /// # Errors
 /// [`Error::Write`] if the folder is missing or closed, the disk full, or `fill` fails.
@@ -28,8 +28,10 @@ pub fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -
         Ok(there) if there.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
         Ok(there) if there.permissions().readonly() => Err(io::ErrorKind::PermissionDenied.into()),
         Ok(there) if !there.is_file() => fill_directly(path, fill),
-        Ok(_) => fs::canonicalize(path).and_then(|target| replace(&target, fill)),
-        Err(_) => replace(path, fill),
+        Ok(there) => {
+            fs::canonicalize(path).and_then(|target| replace(&target, Some(there.permissions()), fill))
+        }
+        Err(_) => replace(path, None, fill),
     };
     result.map_err(|cause| Error::Write { path: path.into(), cause })
 }
@@ -40,9 +42,16 @@ fn fill_directly(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()
     out.flush()
 }
 
-fn replace(target: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+fn replace(
+    target: &Path,
+    permissions: Option<fs::Permissions>,
+    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> io::Result<()> {
     // Removed on any error below.
     let mut temporary = Temporary::in_folder(&folder_of(target))?;
+    if let Some(permissions) = permissions {
+        temporary.allow(permissions)?;
+    }
     let mut out = BufWriter::with_capacity(1 << 16, temporary.file.as_file_mut());
     fill(&mut out)?;
     out.flush()?;
@@ -81,6 +90,12 @@ impl Temporary {
         let file = temporary_in(folder)?;
         list.push(file.path().into());
         Ok(Self { file })
+    }
+
+    /// Gives the file these permissions. Where all files have the same there is nothing to give.
+    fn allow(&self, permissions: fs::Permissions) -> io::Result<()> {
+        let file = self.file.as_file();
+        if file.metadata()?.permissions() == permissions { Ok(()) } else { file.set_permissions(permissions) }
     }
 
     /// Gives the file its name, which an end on request waits for.
@@ -209,13 +224,17 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn permissions_are_those_of_any_new_file() {
+    fn permissions_are_those_of_any_new_file_or_of_the_one_before() {
         use std::os::unix::fs::PermissionsExt;
         let folder = tempfile::tempdir().unwrap();
         let mode = |name| fs::metadata(folder.path().join(name)).unwrap().permissions().mode();
         write(&folder.path().join("ours"), |_| Ok(())).unwrap();
         File::create(folder.path().join("usual")).unwrap();
         assert_eq!(mode("ours"), mode("usual"));
+        let private = fs::Permissions::from_mode(0o600);
+        fs::set_permissions(folder.path().join("ours"), private).unwrap();
+        write(&folder.path().join("ours"), |_| Ok(())).unwrap();
+        assert_eq!(mode("ours") & 0o777, 0o600);
     }
 
     #[cfg(unix)]

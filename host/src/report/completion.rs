@@ -9,7 +9,7 @@ use crate::complete::{Completion, picture};
 use crate::distance;
 use crate::evaluate::mesh_digest;
 use crate::mesh::{Mesh, Vector};
-use crate::unit;
+use crate::unit::{self, digits};
 use lacuna::Model;
 use rayon::prelude::*;
 
@@ -65,9 +65,9 @@ fn heading(completion: &Completion, scan: &str, unit: &str) -> String {
     let grade = format!("{:?}", verdict.grade).to_lowercase();
     format!(
         "<h1>{}</h1>\n<p class=\"lead\">Verdict: <span class=\"grade {grade}\">{grade}</span>. The seen part lies \
-         {:.2} {unit} rms from the local fit; {:.0} % of the completed surface is inferred.</p>\n",
+         {} {unit} rms from the local fit; {:.0} % of the completed surface is inferred.</p>\n",
         escape(scan),
-        verdict.seen_rms,
+        digits(verdict.seen_rms, 2),
         100.0 * verdict.inferred_share
     )
 }
@@ -189,14 +189,19 @@ fn verdict(completion: &Completion, unit: &str) -> String {
                 completion.noise.map_or_else(
                     || "left as it was".into(),
                     |noise| {
-                        format!("{:.2} {unit} in the scan, {:.2} after smoothing", noise.before, noise.after)
+                        let [before, after] = [noise.before, noise.after].map(|noise| digits(noise, 2));
+                        format!("{before} {unit} in the scan, {after} after smoothing")
                     },
                 ),
             ),
-            ("seen part", format!("{:.3} {unit} rms from the local fit", v.seen_rms)),
+            ("seen part", format!("{} {unit} rms from the local fit", digits(v.seen_rms, 3))),
             (
                 "inferred part",
-                format!("{} of the surface, {:.0} {unit}\u{b2}", percent(v.inferred_share), v.inferred_area),
+                format!(
+                    "{} of the surface, {} {unit}\u{b2}",
+                    percent(v.inferred_share),
+                    digits(v.inferred_area, 0)
+                ),
             ),
             ("global weights", format!("{:.2} standard deviations rms", v.weight_norm)),
             ("size", format!("{:.3} of the class", v.scale)),
@@ -208,7 +213,7 @@ fn distances(completion: &Completion, model: &Model<'_>, unit: &str) -> String {
     let measure = |fitted| Distances::new(&completion.scan, fitted, COUNTED * millimetre);
     let (local, global) = (measure(&completion.local), measure(&completion.global));
     let row = |name: &str, of: &Distances| {
-        let numbers = [of.rms(), of.within(0.5), of.within(0.95)].map(|d| format!("{d:.3}"));
+        let numbers = [of.rms(), of.within(0.5), of.within(0.95)].map(|d| digits(d, 3));
         [vec![name.to_owned(), of.count().to_string()], numbers.to_vec()].concat()
     };
     let head = [
@@ -222,8 +227,8 @@ fn distances(completion: &Completion, model: &Model<'_>, unit: &str) -> String {
         + &table::grid(&head, &[row("local", &local), row("global", &global)])
         + &format!(
             "<p class=\"note\">From the scan's vertices to the pure model surface, before it is moved onto the scan; \
-             vertices beyond its rim or farther than {:.1} {unit} are left out.</p>\n",
-            COUNTED * millimetre
+             vertices beyond its rim or farther than {} {unit} are left out.</p>\n",
+            digits(COUNTED * millimetre, 1)
         )
 }
 
@@ -249,7 +254,7 @@ fn model_table(model: &Model<'_>) -> String {
             format!("{}, {} ({:.1} % of the variance)", h.shapes, model.modes(), 100.0 * h.explained),
         ),
         ("voxels", format!("{x} \u{d7} {y} \u{d7} {z} of {} {unit}, {} stored", h.spacing, h.voxels)),
-        ("weight nodes", format!("every {:.1} {unit}", f32::from(h.stride) * h.spacing)),
+        ("weight nodes", format!("every {} {unit}", digits((f32::from(h.stride) * h.spacing).into(), 1))),
         ("format, CRC-32", format!("version {}, {:08x}", model.version(), model.checksum())),
     ])
 }

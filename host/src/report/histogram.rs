@@ -3,6 +3,7 @@
 use super::html::escape;
 use crate::distance::Surface;
 use crate::mesh::Mesh;
+use crate::unit::digits;
 use rayon::prelude::*;
 use std::fmt::Write;
 
@@ -69,10 +70,10 @@ pub fn drawing(local: &Distances, global: &Distances, range: f64, unit: &str) ->
     let y = |share: f64| base - share / top * (base - 12.0);
     let mut out = format!(
         "<svg class=\"histogram\" viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"Histogram: {:.0} % of \
-         the seen surface lies within {:.2} {u} of the local fit, {:.2} {u} of the global fit\">\n",
+         the seen surface lies within {} {u} of the local fit, {} {u} of the global fit\">\n",
         95.0,
-        local.within(0.95),
-        global.within(0.95),
+        digits(local.within(0.95), 2),
+        digits(global.within(0.95), 2),
         u = escape(unit)
     );
     for (i, &share) in bars.iter().enumerate() {

@@ -5,6 +5,7 @@ use super::held_out::Trial;
 use crate::evaluate::Score;
 use crate::quantile::{median, quantile};
 use crate::synth::Kind;
+use crate::unit::digits;
 use serde::Serialize;
 
 /// One shape, scanned in one way.
@@ -79,7 +80,7 @@ pub fn table(rows: &[Row], unit: &str) -> Vec<String> {
     let width = rows.iter().map(|row| row.shape.chars().count()).max().unwrap_or(0).max(5);
     let head =
         format!("{:width$}  sides  seen rms    p95  missing rms    p95  within expected ({unit})", "shape");
-    let number = |value: Option<f64>| value.map_or("-".into(), |v| format!("{v:.2}"));
+    let number = |value: Option<f64>| value.map_or("-".into(), |v| digits(v, 2));
     let line = |row: &Row| {
         let [seen, missing] =
             [row.seen, row.missing].map(|s| [s.map(|s| s.rms), s.map(|s| s.p95)].map(number));
@@ -95,12 +96,12 @@ pub fn table(rows: &[Row], unit: &str) -> Vec<String> {
 impl Summary {
     /// What to expect, as a sentence.
     pub fn sentence(&self, unit: &str) -> String {
-        let [low, middle, high] = self.missing_rms;
+        let [low, middle, high] = self.missing_rms.map(|rms| digits(rms, 2));
+        let [most, seen] = [self.missing_p95, self.seen_rms].map(|off| digits(off, 2));
         let sides = if self.sides == 1 { "one side" } else { "three sides" };
         format!(
-            "a scan from {sides}: what it does not show comes out {middle:.2} {unit} rms off (half of the shapes {low:.2} \
-             to {high:.2}), 95 % of it within {:.2}; what it shows {:.2}",
-            self.missing_p95, self.seen_rms
+            "a scan from {sides}: what it does not show comes out {middle} {unit} rms off (half of the shapes {low} \
+             to {high}), 95 % of it within {most}; what it shows {seen}"
         )
     }
 }

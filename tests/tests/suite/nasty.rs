@@ -6,14 +6,12 @@ use lacuna_tests::nasty::{Expected, Nasty, all};
 use lacuna_tests::program::path;
 use std::path::Path;
 use std::process::{Command, Output};
-use std::time::{Duration, Instant};
 use tempfile::tempdir;
 
-/// Runs the program with a GiB of address space and for ten seconds at most.
+/// Runs the program with a GiB of address space, for ten seconds of processor time and a minute at most.
 fn bounded(folder: &Path, arguments: &[&str]) -> Output {
-    let start = Instant::now();
     let output = Command::new("sh")
-        .args(["-c", "ulimit -v 1048576 && exec timeout -s KILL 10 \"$@\"", "sh"])
+        .args(["-c", "ulimit -v 1048576 && ulimit -t 10 && exec timeout -s KILL 60 \"$@\"", "sh"])
         .arg(path())
         .args(arguments)
         .current_dir(folder)
@@ -23,7 +21,6 @@ fn bounded(folder: &Path, arguments: &[&str]) -> Output {
     let code = output.status.code();
     assert!(matches!(code, Some(0 | 1)), "lacuna {arguments:?}: {code:?} {complaint}");
     assert!(!complaint.contains("panicked"), "lacuna {arguments:?}: {complaint}");
-    assert!(start.elapsed() < Duration::from_secs(10), "lacuna {arguments:?} took too long");
     output
 }
 

@@ -131,9 +131,9 @@ impl Evaluate {
     }
 
     fn miss(&self, target: &str, rms: f64) -> String {
-        let unit = unit::symbol(self.unit);
+        let (unit, rms) = (unit::symbol(self.unit), unit::digits(rms, 2));
         format!(
-            "target {target}: the local model misses it by {rms:.2} {unit} rms: is it of the same class, and in one \
+            "target {target}: the local model misses it by {rms} {unit} rms: is it of the same class, and in one \
              pose (--pose search)?"
         )
     }
