@@ -216,7 +216,7 @@ fn tell(r: &Report<'_>) {
         kib(r.fit_bytes_with_momentum),
         kib(r.pose_bytes)
     ));
-    let deviations: Vec<String> = r.deviations.iter().map(|d| format!("{d:.2}")).collect();
+    let deviations: Vec<String> = r.deviations.iter().map(|&d| digits(d.into(), 2)).collect();
     say(&format!("deviations      {} {} rms", deviations.join(" "), r.unit));
     say(&expected_error(r.calibration));
     if let Some([low, high]) = r.factors {
