@@ -1,4 +1,4 @@
-//! Units of length: their size, symbol and names.
+//! Units of length: their size, symbol and names, and how lengths in them are written.
 
 use lacuna::format::Unit;
 

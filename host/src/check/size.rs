@@ -53,21 +53,23 @@ pub fn misfit(scan: f64, model: f64, own: Unit) -> Option<String> {
     Some(unit_of(ratio, own).unwrap_or_else(|| "Is it a scan of this class?".into()))
 }
 
+/// Units that a mesh may be in, and their names.
+const KNOWN: [(Unit, &str); 4] = [
+    (Unit::Millimetre, "millimetres"),
+    (Unit::Metre, "metres"),
+    (Unit::Inch, "inches"),
+    (Unit::Micrometre, "micrometres"),
+];
+
 /// The unit in which a mesh that is `ratio` times too long, taken as `own`, would come nearest to the right size.
 pub fn unit_of(ratio: f64, own: Unit) -> Option<String> {
     const CENTIMETRE: f64 = 10.0;
-    let known = [
-        (Some(Unit::Millimetre), "millimetres"),
-        (Some(Unit::Metre), "metres"),
-        (Some(Unit::Inch), "inches"),
-        (Some(Unit::Micrometre), "micrometres"),
-        (None, "centimetres"),
-    ];
+    let known = KNOWN.into_iter().map(|(unit, name)| (Some(unit), name)).chain([(None, "centimetres")]);
     let off = |unit: Option<Unit>| {
         let millimetres = unit.map_or(CENTIMETRE, unit::millimetres);
         (ratio * millimetres / unit::millimetres(own)).ln().abs()
     };
-    let others = known.into_iter().filter(|&(unit, _)| unit != Some(own));
+    let others = known.filter(|&(unit, _)| unit != Some(own));
     let (unit, name) = others.min_by(|a, b| off(a.0).total_cmp(&off(b.0)))?;
     let fits = format!("Its size would fit if it were in {name}:");
     (off(unit) < FITTING.ln()).then(|| match unit {
@@ -85,9 +87,8 @@ pub(super) fn unusual(length: f64, unit: Unit) -> Option<String> {
     if usual(&unit) {
         return None;
     }
-    let known = [Unit::Millimetre, Unit::Metre, Unit::Inch, Unit::Micrometre];
     let option = |unit: Unit| format!("--unit {}", unit::symbol(unit));
-    let others: Vec<String> = known.into_iter().filter(usual).map(option).collect();
+    let others: Vec<String> = KNOWN.map(|(unit, _)| unit).into_iter().filter(usual).map(option).collect();
     let (own, others) = (unit::symbol(unit), others.join(" or "));
     (!others.is_empty())
         .then(|| format!("it is {length:.4} {own} long; if that is not its unit, give {others}"))

@@ -41,8 +41,10 @@ pub fn set(shapes: Vec<Loaded>, names: &[String], unit: Unit) -> Result<Set, Ref
     if kept.len() < 2 {
         return Err(Refused(too_few(kept.len(), findings.len())));
     }
-    let median = sizes(&kept, unit).map_err(|(number, text)| Refused(format!("{}: {text}", name(number))))?;
-    findings.extend(size::unusual(median, unit).map(|text| (kept[0].0, text)));
+    sizes(&kept, unit).map_err(|(number, text)| Refused(format!("{}: {text}", name(number))))?;
+    // They are of one size: a sentence about the first is enough.
+    let (number, first) = &kept[0];
+    findings.extend(size::unusual(size::of_mesh(first), unit).map(|text| (*number, text)));
     Ok(Set { shapes: kept, findings })
 }
 
@@ -93,8 +95,8 @@ fn too_few(different: usize, found: usize) -> String {
     format!("a model needs at least 2 different shapes, there is {what}{why}: add meshes")
 }
 
-/// Finds a shape whose size is not that of the others; the median length.
-fn sizes(shapes: &[(usize, Mesh)], unit: Unit) -> Result<f64, (usize, String)> {
+/// Finds a shape whose size is not that of the others.
+fn sizes(shapes: &[(usize, Mesh)], unit: Unit) -> Result<(), (usize, String)> {
     let mut sorted: Vec<f64> = shapes.iter().map(|(_, mesh)| size::of_mesh(mesh)).collect();
     sorted.sort_by(f64::total_cmp);
     let median = sorted[sorted.len() / 2];
@@ -103,7 +105,7 @@ fn sizes(shapes: &[(usize, Mesh)], unit: Unit) -> Result<f64, (usize, String)> {
             return Err((*number, text));
         }
     }
-    Ok(median)
+    Ok(())
 }
 
 /// What is wrong about a length among shapes of another one.

@@ -1,5 +1,6 @@
 //! How far training shapes lay apart, as `train` and `inspect` say it.
 
+use crate::unit::digits;
 use lacuna::format::Jitter;
 
 /// Root mean square motion of shapes to their common pose, as people say it.
@@ -23,6 +24,7 @@ impl Scatter {
     /// The same as a part of a sentence.
     pub(super) fn sentence(self, symbol: &str) -> String {
         let Self { turn, shift, growth } = self;
-        format!("{turn:.1} degrees, {shift:.1} {symbol} and {growth:.1} % of size (rms) from where they lay")
+        let shift = digits(shift.into(), 1);
+        format!("{turn:.1} degrees, {shift} {symbol} and {growth:.1} % of size (rms) from where they lay")
     }
 }

@@ -167,13 +167,7 @@ pub fn complete_by(
     let start = begin(&cleaned.scan)?;
     let (scan, start) = with_pieces(model, cleaned, start);
     let specks = all - scan.elements();
-    let fitted = || -> Result<_, Error> {
-        let fit = fit(&start)?;
-        let fitted = Fitted::new(model, &start, &fit);
-        let surfaces = [&fitted.global, &fitted.local].map(|distances| distances.surface(&fitted.placed, 1));
-        Ok((fit, fitted, surfaces))
-    };
-    let (measured, fitted) = rayon::join(|| scan_surface(&scan, model), fitted);
+    let (measured, fitted) = rayon::join(|| scan_surface(&scan, model), || fitted(model, &start, fit));
     let (measured, (fit, fitted, [global, local])) = (measured?, fitted?);
     let placed = fitted.placed;
     let agreement = fitted.agreement(model, start.thinned.points.points.len());
@@ -209,6 +203,18 @@ pub fn complete_by(
         fit,
         verdict,
     })
+}
+
+/// The fit of a start, what it says, and the surfaces of the global and the local fit.
+fn fitted<'m>(
+    model: &'m Model<'m>,
+    start: &Start,
+    fit: impl FnOnce(&Start) -> Result<Fit, Error>,
+) -> Result<(Fit, Fitted<'m>, [Mesh; 2]), Error> {
+    let fit = fit(start)?;
+    let fitted = Fitted::new(model, start, &fit);
+    let surfaces = [&fitted.global, &fitted.local].map(|distances| distances.surface(&fitted.placed, 1));
+    Ok((fit, fitted, surfaces))
 }
 
 /// The scan with those of its small pieces that belong to the shape, and what is made of it.

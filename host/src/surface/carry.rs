@@ -117,6 +117,7 @@ mod tests {
         assert_eq!((heights[0], heights[4]), (1.0, 0.0));
         assert!(heights[..4].windows(2).all(|w| w[0] > w[1] && w[1] > 0.0), "{heights:?}");
     }
+
     #[test]
     fn next_to_known_ones_it_is_the_same_bits() {
         let mesh = sheet(16);

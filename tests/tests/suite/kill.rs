@@ -1,4 +1,4 @@
-//! Programs that are killed at random moments leave the old output or the new one, and nothing a next run would
+//! Programs that are killed, at random moments or while they write, leave the old output or the new one, and nothing a next run would
 //! trip over. `LACUNA_KILLS` sets how often (30 by default).
 #![cfg(unix)]
 

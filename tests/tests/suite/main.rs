@@ -1,4 +1,4 @@
-//! Everything but the firmware, in one program: one to link instead of thirty, and its tests keep all processors busy.
+//! Everything but `on_target`, in one program: one to link instead of thirty, and its tests keep all processors busy.
 //! `cargo test --release --test suite quality` runs those of one file.
 
 mod cli;

@@ -13,6 +13,8 @@ use std::time::Duration;
 const LIMIT_KIB: u64 = 1 << 20;
 /// Where the share of true errors below the stated one-sigma error must lie, over several scans.
 const SHARE: RangeInclusive<f64> = 0.6..=0.75;
+/// Shapes that expected errors are learned from: two scans of each are completed, by far the most of the time.
+const CALIBRATED: usize = 12;
 
 /// Peak resident memory of a running program, KiB; none once it has ended, or where there is no /proc.
 fn peak(process: u32) -> Option<u64> {
@@ -20,9 +22,6 @@ fn peak(process: u32) -> Option<u64> {
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     line.split_whitespace().next()?.parse().ok()
 }
-
-/// Shapes the expected errors are learned from; thirty take two minutes longer.
-const CALIBRATED: usize = 12;
 
 fn faces(folder: &Path, numbers: Range<usize>) -> Vec<PathBuf> {
     numbers.map(|i| folder.join(format!("train_{i:03}.ply"))).collect()
