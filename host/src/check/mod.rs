@@ -10,6 +10,7 @@ mod edges;
 pub mod inwards;
 mod origin;
 pub mod size;
+mod soup;
 pub mod training;
 mod triangles;
 mod vertices;
@@ -105,7 +106,7 @@ pub fn mesh(loaded: Loaded) -> Checked {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Flat {
     LeftOut,
-    /// They stay: the vertices of several meshes correspond.
+    /// They stay, and so do all vertices: those of several meshes correspond.
     Kept,
 }
 
@@ -115,6 +116,9 @@ fn mesh_with(loaded: Loaded, flat: Flat) -> Checked {
     origin::check(&mut checked);
     if checked.mesh.triangles.is_empty() {
         return checked;
+    }
+    if flat == Flat::LeftOut {
+        soup::check(&mut checked);
     }
     triangles::check(&mut checked, flat);
     if checked.is_refused() {

@@ -1,7 +1,7 @@
 //! Every check on a mesh that has just that fault.
 
 use super::*;
-use crate::mesh::Point;
+use crate::mesh::{Point, Vector};
 use crate::surface::shapes::{ball, sheet};
 use alternatives::Alternative;
 use lacuna::format::Unit;
@@ -35,6 +35,23 @@ fn flat_triangles_copies_and_unused_vertices_are_left_out() {
     for part in ["1 triangle without area", "1 triangle that is there twice", "1 vertex without"] {
         assert!(text.contains(part), "{part}: {text}");
     }
+}
+
+#[test]
+fn triangles_with_vertices_of_their_own_are_joined() {
+    let whole = sheet(4);
+    let points: Vec<Point> = whole.triangles.iter().flatten().map(|&v| whole.points[v as usize]).collect();
+    let triangles: Vec<[u32; 3]> =
+        (0..whole.triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+    let normals = vec![Vector::z(); points.len()];
+    let joined = mesh(Mesh { points, normals, triangles });
+    assert_eq!((joined.mesh.points.len(), joined.mesh.normals.len()), (whole.points.len(), 0));
+    assert_eq!(joined.mesh.triangles.len(), whole.triangles.len());
+    assert!((joined.mesh.area() - whole.area()).abs() < 1e-12);
+    let more = 3 * whole.triangles.len() - whole.points.len();
+    let note =
+        format!("{more} vertices joined with others at the same place: triangles had vertices of their own");
+    assert_eq!(texts(&joined), note, "and not told to have pieces");
 }
 
 #[test]

@@ -69,9 +69,12 @@ impl Subject {
     /// The scan as the one depth image that it is.
     pub fn depth_image(&self, model: &Model<'_>) -> Result<DepthImage, Failure> {
         let path = self.scan.as_deref().filter(|path| io::depth::is_depth(path));
-        let Some(path) = path.filter(|_| !self.flip) else {
-            return Err("--depth-rows goes with a depth PNG or a scan.json, and not with --flip".into());
+        let Some(path) = path else {
+            return Err("--depth-rows goes with a depth PNG or a scan.json".into());
         };
+        if self.flip {
+            return Err("--flip does not go with --depth-rows: depth images face their camera".into());
+        }
         let views = io::depth::read(path)?;
         let [view] = views.as_slice() else {
             let (path, number) = (path.display(), views.len());

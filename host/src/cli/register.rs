@@ -77,7 +77,7 @@ impl Register {
             100.0 * report.runner_up
         ));
         report.notes.iter().for_each(|note| say(&format!("note            {note}")));
-        say(&format!("time            {:.2} s", report.seconds));
+        say(&format!("time            {:.2} s for the search", report.seconds));
         Ok(())
     }
 }

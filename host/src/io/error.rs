@@ -88,11 +88,13 @@ pub enum Problem {
     /// Something that should be a number.
     #[error("{0:?} is not a number; correct it or export the file again")]
     NotANumber(String),
-    /// An infinite coordinate, or one that is not a number.
-    #[error("vertex {vertex} (counted from 0) has a coordinate that is not finite; remove the vertex")]
+    /// Infinite coordinates, or ones that are not numbers.
+    #[error("{}", not_finite(*vertex, *count))]
     NotFinite {
-        /// The vertex, counted from 0.
+        /// The first vertex with one, counted from 0.
         vertex: usize,
+        /// Vertices with one.
+        count: usize,
     },
     /// A face with a corner that does not exist.
     #[error("a face names vertex {index}, but there are {vertices} vertices; export the file again")]
@@ -195,6 +197,19 @@ impl fmt::Display for Place {
 /// "1 value", "2 values".
 fn values(count: usize) -> String {
     if count == 1 { "1 value".into() } else { format!("{count} values") }
+}
+
+/// Vertices without finite coordinates, and the remedy.
+fn not_finite(vertex: usize, count: usize) -> String {
+    if count == 1 {
+        return format!(
+            "vertex {vertex} (counted from 0) has a coordinate that is not finite; remove the vertex"
+        );
+    }
+    format!(
+        "{count} vertices have coordinates that are not finite, the first is vertex {vertex} (counted from 0): too \
+         many to leave out; export the file again"
+    )
 }
 
 /// Cause and remedy of a failed read.

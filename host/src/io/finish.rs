@@ -95,7 +95,7 @@ mod tests {
     fn an_infinite_coordinate_names_its_vertex() {
         let mut bad = mesh(vec![]);
         bad.points[1].z = f64::NEG_INFINITY;
-        assert_eq!(finish(bad).unwrap_err().problem, Problem::NotFinite { vertex: 1 });
+        assert_eq!(finish(bad).unwrap_err().problem, Problem::NotFinite { vertex: 1, count: 1 });
     }
 
     #[test]

@@ -175,8 +175,9 @@ fn same_length(name: &str, found: usize, vertices: usize) -> Result<(), Problem>
 fn check_mesh(mesh: &Mesh) -> Result<(), Problem> {
     let vertices = mesh.points.len();
     let as_float = |point: &crate::mesh::Point| point.map(|value| f64::from(value as f32));
-    if let Some(vertex) = mesh.points.iter().position(|point| !is_finite(&as_float(point))) {
-        return Err(Problem::NotFinite { vertex });
+    let mut not_finite = (0..vertices).filter(|&vertex| !is_finite(&as_float(&mesh.points[vertex])));
+    if let Some(vertex) = not_finite.next() {
+        return Err(Problem::NotFinite { vertex, count: 1 + not_finite.count() });
     }
     match mesh.triangles.iter().flatten().find(|&&corner| corner as usize >= vertices) {
         Some(&corner) => Err(Problem::Index { index: i64::from(corner), vertices }),
@@ -260,7 +261,7 @@ mod tests {
         assert!(refused(&|out| out.properties = vec![("x", &[0.0; 3])]).contains("\"x\""));
         let (mut far, mut torn) = (triangle(), triangle());
         (far.points[2].x, torn.triangles[0][1]) = (1e39, 3);
-        assert_eq!(PlyOut::new(&far).check(), Err(Problem::NotFinite { vertex: 2 }));
+        assert_eq!(PlyOut::new(&far).check(), Err(Problem::NotFinite { vertex: 2, count: 1 }));
         assert_eq!(PlyOut::new(&torn).check(), Err(Problem::Index { index: 3, vertices: 3 }));
     }
 

@@ -92,23 +92,27 @@ struct Soup {
     triangles: Vec<[u32; 3]>,
     /// Triangles so far.
     seen: usize,
-    /// Those with a coordinate that is not finite, and the first such corner, three a triangle.
+    /// Those with a coordinate that is not finite.
     unknown: usize,
+    /// The first corner without finite coordinates, three a triangle, and how many there are.
     first: Option<usize>,
+    corners: usize,
 }
 
 impl Soup {
     fn for_triangles(count: usize) -> Self {
         let weld = Weld::for_triangles(count);
-        Self { weld, triangles: Vec::with_capacity(count), seen: 0, unknown: 0, first: None }
+        Self { weld, triangles: Vec::with_capacity(count), seen: 0, unknown: 0, first: None, corners: 0 }
     }
 
     fn add(&mut self, corners: [[f64; 3]; 3]) -> Result<(), Problem> {
         let number = self.seen;
         self.seen += 1;
-        if let Some(k) = corners.iter().position(|corner| !corner.iter().all(|value| value.is_finite())) {
+        let is_unknown = |corner: &[f64; 3]| !corner.iter().all(|value| value.is_finite());
+        if let Some(k) = corners.iter().position(is_unknown) {
             self.unknown += 1;
             self.first.get_or_insert(3 * number + k);
+            self.corners += corners.iter().filter(|corner| is_unknown(corner)).count();
             return Ok(());
         }
         let mut indices = [0; 3];
@@ -122,7 +126,7 @@ impl Soup {
     /// The mesh; single triangles without finite coordinates are left out with a note, many are damage.
     fn finish(self, repair: Option<String>) -> Result<Loaded, Fault> {
         if let Some(vertex) = self.first.filter(|_| self.unknown * 10 > self.seen) {
-            return Err(Problem::NotFinite { vertex }.in_whole());
+            return Err(Problem::NotFinite { vertex, count: self.corners }.in_whole());
         }
         let mesh = Mesh { points: self.weld.points, normals: Vec::new(), triangles: self.triangles };
         let mut loaded = finish(mesh)?;

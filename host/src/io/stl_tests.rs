@@ -100,9 +100,9 @@ fn no_triangles_are_no_vertices() {
 fn non_finite_corners_are_named() {
     let mut bad = SQUARE;
     bad[1][2][0] = f32::NAN;
-    assert_eq!(parse(&stl(b"x", 2, &bad)), Err(Problem::NotFinite { vertex: 5 }.in_whole()));
+    assert_eq!(parse(&stl(b"x", 2, &bad)), Err(Problem::NotFinite { vertex: 5, count: 1 }.in_whole()));
     let text = ASCII.replace("1e0", "inf");
-    assert_eq!(parse(text.as_bytes()), Err(Problem::NotFinite { vertex: 4 }.in_whole()));
+    assert_eq!(parse(text.as_bytes()), Err(Problem::NotFinite { vertex: 4, count: 1 }.in_whole()));
     let many: Vec<_> = std::iter::repeat_n(SQUARE[0], 19).chain([bad[1]]).collect();
     let loaded = parse(&stl(b"x", 20, &many)).unwrap();
     assert_eq!(loaded.mesh.triangles.len(), 19);

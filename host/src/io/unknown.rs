@@ -12,19 +12,20 @@ const MOST: f64 = 0.1;
 /// Takes vertices out whose coordinates are not finite, with the triangles at them; tells how many.
 ///
 /// # Errors
-/// [`Problem::NotFinite`] with the first of them, if too many are missing.
+/// [`Problem::NotFinite`], if too many are missing.
 pub(super) fn leave_out(mesh: &mut Mesh) -> Result<Option<String>, Fault> {
     let Some(vertex) = mesh.points.iter().position(|p| !is_finite(p)) else { return Ok(None) };
     let known: Vec<bool> = mesh.points.iter().map(is_finite).collect();
     let missing = known.iter().filter(|known| !**known).count();
     let most = if mesh.triangles.is_empty() { 1.0 } else { MOST };
+    let too_many = Problem::NotFinite { vertex, count: missing };
     if missing == known.len() || missing as f64 > most * known.len() as f64 {
-        return Err(Problem::NotFinite { vertex }.in_whole());
+        return Err(too_many.in_whole());
     }
     let had = !mesh.triangles.is_empty();
     mesh.triangles.retain(|corners| corners.iter().all(|&v| known[v as usize]));
     if had && mesh.triangles.is_empty() {
-        return Err(Problem::NotFinite { vertex }.in_whole());
+        return Err(too_many.in_whole());
     }
     let mut next = 0;
     let moved: Vec<u32> = known.iter().map(|&known| (next, next += u32::from(known)).0).collect();
@@ -95,7 +96,7 @@ mod tests {
         let mut mesh = strip(12);
         mesh.points[3].x = f64::INFINITY;
         mesh.points[4].x = f64::NAN;
-        assert_eq!(leave_out(&mut mesh), Err(Problem::NotFinite { vertex: 3 }.in_whole()));
+        assert_eq!(leave_out(&mut mesh), Err(Problem::NotFinite { vertex: 3, count: 2 }.in_whole()));
         mesh.triangles.clear();
         mesh.normals.clear();
         assert!(leave_out(&mut mesh).is_ok_and(|note| note.is_some_and(|n| n.starts_with("2 vertices"))));

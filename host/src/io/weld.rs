@@ -8,7 +8,7 @@ use crate::mesh::Point;
 ///
 /// A hash table of indices alone: the coordinates stay in `points`, where neighbours are close
 /// to each other, and the table is small enough for the processor's cache.
-pub(super) struct Weld {
+pub(crate) struct Weld {
     /// The distinct vertices.
     pub points: Vec<Point>,
     /// Indices into `points` at or after the slot of their hash; a power of two, half empty.

@@ -1,5 +1,6 @@
 //! `lacuna check` of several files and of folders.
 
+use lacuna_host::io::{Format, parse};
 use lacuna_tests::program::{lacuna, succeeds};
 use std::path::Path;
 use tempfile::tempdir;
@@ -58,4 +59,20 @@ fn a_single_file_has_its_reason_in_the_complaint() {
     let (said, complaint, _) = check(folder.path(), &["empty.ply"]);
     assert_eq!(said, "empty.ply: cannot be used\n");
     assert_eq!(complaint, "lacuna: empty.ply: the file is empty; export it again\n");
+}
+
+#[test]
+fn a_sparse_cloud_is_told_how_little_it_measures() {
+    let folder = tempdir().unwrap();
+    let here = folder.path();
+    std::fs::write(here.join("heads.lacuna"), lacuna_fixtures::MODEL).unwrap();
+    let scan = parse(Format::Ply, lacuna_fixtures::SCAN).unwrap();
+    for (count, sparse) in [(150, true), (2000, false)] {
+        let every = scan.points.len() / count;
+        let line = |p: &nalgebra::Point3<f64>| format!("{} {} {}\n", p.x, p.y, p.z);
+        let text: String = scan.points.iter().step_by(every).take(count).map(line).collect();
+        std::fs::write(here.join("cloud.xyz"), text).unwrap();
+        let (said, complaint, _) = check(here, &["cloud.xyz", "--model", "heads.lacuna"]);
+        assert_eq!(said.contains(&format!("{count} points measure at most")), sparse, "{said}{complaint}");
+    }
 }

@@ -62,6 +62,8 @@ fn depth_rows_need_one_depth_image() {
     let complaint = refuses(folder.path(), &["complete", "--depth-rows"]);
     assert!(complaint.contains("--depth-rows goes with a depth PNG or a scan.json"), "{complaint}");
     synthetic(folder.path(), "stitched");
+    let complaint = refuses(folder.path(), &["complete", "scan", "--depth-rows", "--flip"]);
+    assert!(complaint.contains("--flip does not go with --depth-rows"), "{complaint}");
     let complaint = refuses(folder.path(), &["complete", "scan", "--depth-rows"]);
     assert!(complaint.contains("has 3 views, --depth-rows takes one: name its PNG file"), "{complaint}");
 }

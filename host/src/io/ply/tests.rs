@@ -182,7 +182,7 @@ fn impossible_lists_are_errors() {
 #[test]
 fn non_finite_coordinates_name_the_vertex() {
     let fault = ascii(&format!("element vertex 2\n{XYZ}"), "inf 0 0\n0 nan 0").unwrap_err();
-    assert_eq!(fault.problem, Problem::NotFinite { vertex: 0 });
+    assert_eq!(fault.problem, Problem::NotFinite { vertex: 0, count: 2 });
     assert_eq!(ascii(&format!("element vertex 2\n{XYZ}"), "0 0 0\n0 -inf 0").unwrap().points.len(), 1);
 }
 
