@@ -16,6 +16,7 @@ pub mod io;
 pub mod mesh;
 pub mod modes;
 pub mod normals;
+pub mod picks;
 pub mod points;
 pub mod quantile;
 pub mod raster;

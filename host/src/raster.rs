@@ -15,9 +15,29 @@ pub fn voxel([width, height, _]: [usize; 3], index: usize) -> [usize; 3] {
     [index % width, index / width % height, index / width / height]
 }
 
+/// Slope of a sample's value along an axis, from the values before and behind it, each NaN where there is none: the
+/// central difference, or that to the one there is, or 0.
+pub fn slope(before: f32, own: f32, behind: f32) -> f32 {
+    match (before.is_nan(), behind.is_nan()) {
+        (false, false) => (behind - before) / 2.0,
+        (false, true) => own - before,
+        (true, false) => behind - own,
+        (true, true) => 0.0,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn slopes_are_central_one_sided_or_none() {
+        let none = f32::NAN;
+        let slopes =
+            [slope(1.0, 2.0, 5.0), slope(none, 2.0, 5.0), slope(1.0, 2.0, none), slope(none, 2.0, none)];
+        assert_eq!(slopes, [2.0, 3.0, 1.0, 0.0]);
+        assert!(slope(none, none, 5.0).is_nan());
+    }
 
     #[test]
     fn samples_invert_places_and_x_is_fastest() {

@@ -45,15 +45,7 @@ impl Dense {
     pub fn direction(&self, i: usize) -> [f32; 3] {
         let own = self.values[i];
         let near = self.beside(i).map(|near| near.map_or(f32::NAN, |j| self.values[j]));
-        let along = |axis: usize| {
-            let (before, behind) = (near[2 * axis], near[2 * axis + 1]);
-            match (before.is_nan(), behind.is_nan()) {
-                (false, false) => (behind - before) / 2.0,
-                (false, true) => own - before,
-                (true, false) => behind - own,
-                (true, true) => 0.0,
-            }
-        };
+        let along = |axis: usize| raster::slope(near[2 * axis], own, near[2 * axis + 1]);
         let gradient: [f32; 3] = std::array::from_fn(along);
         let steep = gradient.iter().map(|g| g * g).sum::<f32>().sqrt().max(STEEP);
         gradient.map(|g| if g.is_nan() { 0.0 } else { g / steep })

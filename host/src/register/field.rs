@@ -4,6 +4,7 @@
 use crate::distance::Surface;
 use crate::mesh::{Point, Vector};
 use crate::points::{OrientedPoints, thin};
+use crate::raster::slope;
 use crate::surface::{Volume, marching_cubes};
 use crate::train::SIDE;
 use crate::train::volume::{Lattice, sample};
@@ -113,17 +114,12 @@ fn cells(sides: [usize; 3], values: &[f32]) -> Vec<Cell> {
     let strides = [1, sides[0], sides[0] * sides[1]];
     let cell = |(at, &distance): ([usize; 3], &f32)| {
         let index = at[0] + at[1] * strides[1] + at[2] * strides[2];
-        let slope = |axis: usize| {
+        let along = |axis: usize| {
             let before = if at[axis] > 0 { values[index - strides[axis]] } else { f32::NAN };
             let after = if at[axis] + 1 < sides[axis] { values[index + strides[axis]] } else { f32::NAN };
-            match (before.is_nan(), after.is_nan()) {
-                (false, false) => 0.5 * (after - before),
-                (true, false) => after - distance,
-                (false, true) => distance - before,
-                (true, true) => 0.0,
-            }
+            slope(before, distance, after)
         };
-        let [x, y, z] = [slope(0), slope(1), slope(2)];
+        let [x, y, z] = [along(0), along(1), along(2)];
         let length = (x * x + y * y + z * z).sqrt();
         if distance.is_nan() || length.is_nan() || length < 1e-6 {
             return Cell { distance: f32::NAN, normal: [0.0; 3] };

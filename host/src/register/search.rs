@@ -10,6 +10,7 @@ use super::field::{Field, SAMPLE};
 use super::pairs::{Pair, Table};
 use super::probe::Probe;
 use super::rank::SIZES;
+use crate::picks::in_random_order;
 use crate::points::OrientedPoints;
 use nalgebra::{Similarity3, Translation3, UnitQuaternion};
 use rand::RngExt;
@@ -76,7 +77,8 @@ impl<'a> Search<'a> {
     pub fn new(field: &'a Field, scan: &'a OrientedPoints, unit_scale: f64, seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(u64::MAX);
-        let order = spread(scan.points.len(), &mut random);
+        // Every beginning of a random order is a sample of the whole.
+        let order = in_random_order(scan.points.len(), |left| random.random_range(0..=left - 1));
         // Of a scene, the part that belongs to the class has as many of them as a scan of the class alone.
         let class = field.samples.points.len() as f64 * (SAMPLE * field.millimetre).powi(2);
         let scenes = (scan.points.len() as f64 / class).clamp(1.0, MOST_SCENES);
@@ -181,15 +183,6 @@ impl<'a> Search<'a> {
         }
         None
     }
-}
-
-/// A random order of the points: every beginning of it is a sample of the whole.
-fn spread(count: usize, random: &mut ChaCha8Rng) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..count).collect();
-    for i in (1..count).rev() {
-        order.swap(i, random.random_range(0..=i));
-    }
-    order
 }
 
 /// The motion that takes a pair, which is `scale` times the scan's, to its match.

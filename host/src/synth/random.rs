@@ -1,6 +1,7 @@
 //! Random numbers that are the same everywhere.
 
 use crate::mesh::Vector;
+use crate::picks::in_random_order;
 use nalgebra::{Quaternion, UnitQuaternion};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -52,13 +53,9 @@ impl Random {
         UnitQuaternion::new_normalize(Quaternion::new(w, i, j, k))
     }
 
-    /// A random order of 0 .. `count` (Fisher and Yates).
+    /// A random order of 0 .. `count`.
     pub fn permutation(&mut self, count: usize) -> Vec<usize> {
-        let mut order: Vec<usize> = (0..count).collect();
-        for i in (1..count).rev() {
-            order.swap(i, self.below(i + 1));
-        }
-        order
+        in_random_order(count, |left| self.below(left))
     }
 }
 

@@ -12,6 +12,7 @@ use super::choice::{self, Choice, Made};
 use super::held_out::{HeldOut, Trial, trials};
 use super::{Error, Settings, factors, model_file};
 use crate::mesh::Mesh;
+use crate::picks::evenly;
 use crate::quantile::{median, quantile};
 use crate::uncertainty::Cue;
 use crate::uncertainty::expected::{expected, misfit, of_faces};
@@ -171,8 +172,7 @@ impl<'a> Member<'a> {
 
 /// At most [`VERTICES`] of some, evenly.
 fn spread<T: Copy>(all: &[T]) -> Vec<T> {
-    let count = all.len().min(VERTICES);
-    (0..count).map(|i| all[i * all.len() / count]).collect()
+    evenly(all.len(), VERTICES).map(|i| all[i]).collect()
 }
 
 /// What goes through the quantile of the errors of the typical scan.

@@ -12,6 +12,7 @@ use super::Error;
 use super::volume::Lattice;
 use crate::distance::Surface;
 use crate::mesh::{Mesh, Point, Vector};
+use crate::picks::evenly;
 use lacuna::format::Symmetry;
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use rayon::prelude::*;
@@ -86,15 +87,11 @@ pub fn find(shapes: &[Mesh], surfaces: &[Surface]) -> Result<Plane, Error> {
 }
 
 fn samples<'a>(shapes: &[Mesh], surfaces: &'a [Surface]) -> Vec<Sample<'a>> {
-    let count = shapes.len().min(SHAPES);
-    let chosen = (0..count).map(|i| i * shapes.len() / count);
-    chosen
-        .flat_map(|shape| {
-            let points = &shapes[shape].points;
-            let count = points.len().min(VERTICES);
-            (0..count).map(move |i| (points[i * points.len() / count], &surfaces[shape]))
-        })
-        .collect()
+    let of_one = |shape: usize| {
+        let points = &shapes[shape].points;
+        evenly(points.len(), VERTICES).map(move |i| (points[i], &surfaces[shape]))
+    };
+    evenly(shapes.len(), SHAPES).flat_map(of_one).collect()
 }
 
 /// A plane after all steps, with its deviation.

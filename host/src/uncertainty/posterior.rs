@@ -12,6 +12,7 @@
 //! row a, along its normal, is √(aᵀ C a). Neighbouring points share what the modes cannot explain; as in the pose
 //! fit, each run of [`PATCH`] points has weights of its own around those of the whole ([`lacuna::patch`]).
 
+use crate::picks::evenly;
 use crate::points::OrientedPoints;
 use lacuna::columns::{products, set_row};
 use lacuna::completion::POSE_POINTS;
@@ -44,12 +45,9 @@ impl<'a> Posterior<'a> {
         weights: &[f32],
         posed: bool,
     ) -> Option<Self> {
-        let count = points.points.len().min(POSE_POINTS);
-        let place = |i: usize| {
-            let p = points.points[i * points.points.len() / count];
-            pose.apply(p.coords.map(|c| c as f32).into())
-        };
-        let places: Vec<[f32; 3]> = (0..count).map(place).collect();
+        let place = |i: usize| pose.apply(points.points[i].coords.map(|c| c as f32).into());
+        let places: Vec<[f32; 3]> = evenly(points.points.len(), POSE_POINTS).map(place).collect();
+        let count = places.len();
         let sum = places.iter().fold([0.0f64; 3], |sum, p| std::array::from_fn(|a| sum[a] + f64::from(p[a])));
         let centre = sum.map(|s| (s / count.max(1) as f64) as f32);
         let unknowns = model.modes() + if posed { POSE } else { 0 };
