@@ -31,6 +31,14 @@ pub fn digits(value: f64, places: usize) -> String {
     format!("{value:.0$}", places.max(needed))
 }
 
+/// A voxel's edge in words: four digits of it, without zeros at the end.
+pub fn four_digits(value: f64) -> String {
+    let first = value.abs().log10().floor();
+    let places = if first.is_finite() { (3.0 - first).clamp(0.0, 15.0) as usize } else { 0 };
+    let text = format!("{value:.places$}");
+    if places == 0 { text } else { text.trim_end_matches('0').trim_end_matches('.').into() }
+}
+
 /// The symbol of a unit.
 pub fn symbol(unit: Unit) -> &'static str {
     match unit {
@@ -44,6 +52,12 @@ pub fn symbol(unit: Unit) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_edge_has_four_digits_at_most() {
+        let written = [f64::from(3.3f32), 4.967_178_3, 0.003_3, 5.0, 12_345.6, 1e-30, 0.0].map(four_digits);
+        assert_eq!(written, ["3.3", "4.967", "0.0033", "5", "12346", "0", "0"]);
+    }
 
     #[test]
     fn a_length_in_metres_keeps_two_digits_and_one_in_millimetres_its_places() {

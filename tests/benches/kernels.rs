@@ -108,6 +108,7 @@ fn report_of_the_example(bencher: Bencher) {
         scan: "example",
         original: &scan,
         scan_to_model,
+        notes: &[],
         settings: &[],
         command: "lacuna complete",
     };

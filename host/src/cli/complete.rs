@@ -38,13 +38,15 @@ pub struct Complete {
     /// Also write the pure model surface of the global fit
     #[arg(long, value_name = "PLY")]
     global_surface: Option<PathBuf>,
-    /// The exact pose, in the frame of the training shapes: `identity`, or a JSON file with the 4 x 4 matrix from scan to model
+    /// The exact pose, in the frame of the training shapes: `identity`, or a JSON file with the 4 x 4 matrix from scan to
+    /// model. A model that keeps how its shapes lay (`train --align never`) holds it; of one whose shapes were drawn to
+    /// their mean it may move by as much as they were
     #[arg(long, value_name = "POSE")]
     pose: Option<String>,
     /// A rough pose, refined from there: as for --pose
     #[arg(long, value_name = "POSE", conflicts_with = "pose")]
     pose_hint: Option<String>,
-    /// How much finer than the model's grid the surface is extracted
+    /// How much finer than the model's grid the surface is extracted, 1 to 4
     #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=4))]
     finer: u8,
     /// Keep what is not part of the class (hair, collar, table) in the mesh: separate pieces with label 2
@@ -98,7 +100,7 @@ impl Complete {
         let seconds = start.elapsed().as_secs_f64();
         self.advise(&model, &mut completion);
         self.write(&completion, &model, factor)?;
-        self.write_report(&completion, &model, &scan)?;
+        self.write_report(&completion, &model, &scan, &notes)?;
         self.tell(common, &completion, &model, (seconds, notes));
         Ok(())
     }
@@ -208,7 +210,13 @@ impl Complete {
         Ok(())
     }
 
-    fn write_report(&self, completion: &Completion, model: &Model<'_>, scan: &Mesh) -> Result<(), Failure> {
+    fn write_report(
+        &self,
+        completion: &Completion,
+        model: &Model<'_>,
+        scan: &Mesh,
+        notes: &[String],
+    ) -> Result<(), Failure> {
         let Some(path) = self.report_path() else { return Ok(()) };
         let known = match (&self.pose, &self.pose_hint) {
             (Some(pose), _) => format!("given as {pose}"),
@@ -229,6 +237,7 @@ impl Complete {
             scan: &self.subject.name(),
             original: scan,
             scan_to_model: inputs::matrix(&completion.placed, model, self.subject.factor(model)),
+            notes,
             settings: &settings,
             command: &report::command_line(),
         };

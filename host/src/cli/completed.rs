@@ -110,11 +110,13 @@ impl Completed<'_> {
     fn fit(&self) -> [String; 4] {
         let verdict = self.verdict;
         let [found, next] = verdict.pose_inliers.map(|share| 100.0 * share);
+        // Beside a pose that was given none was tried.
+        let next = if next > 0.0 { format!(", next best {next:.1} %") } else { String::new() };
         let Digests { pose, hull, global, local, distances } = self.digests;
         [
             format!("weights         {:.2} deviations rms", verdict.weight_norm),
             format!("scale           {:.3} of the class", verdict.scale),
-            format!("pose            {found:.1} % inliers, next best {next:.1} %"),
+            format!("pose            {found:.1} % inliers{next}"),
             format!(
                 "digests         pose {pose:08x} hull {hull:08x} global {global:08x} local {local:08x} distances {distances:08x}"
             ),

@@ -109,7 +109,7 @@ impl Subject {
 /// The bytes of a model file, or of the built-in model.
 pub fn model_bytes(path: Option<&Path>) -> Result<Vec<u8>, Failure> {
     let Some(path) = path else { return Ok(lacuna_fixtures::MODEL.to_vec()) };
-    std::fs::read(path).map_err(|error| format!("cannot read the model {}: {error}", path.display()).into())
+    std::fs::read(path).map_err(|cause| io::Error::Read { path: path.into(), cause }.into())
 }
 
 /// The model in these bytes; `path` is for the message.
@@ -199,8 +199,7 @@ pub fn pose(text: &str, model: &Model<'_>, factor: f64) -> Result<Placed, Failur
 
 fn read_matrix(path: &Path) -> Result<Matrix4<f64>, Failure> {
     let name = path.display();
-    let text =
-        std::fs::read_to_string(path).map_err(|error| format!("cannot read the pose {name}: {error}"))?;
+    let text = std::fs::read_to_string(path).map_err(|cause| io::Error::Read { path: path.into(), cause })?;
     let value: serde_json::Value =
         serde_json::from_str(&text).map_err(|error| format!("{name} is not JSON: {error}"))?;
     let rows =
@@ -208,7 +207,16 @@ fn read_matrix(path: &Path) -> Result<Matrix4<f64>, Failure> {
     let rows: [[f64; 4]; 4] = serde_json::from_value(rows.clone()).map_err(|_| {
         format!("{name} holds no 4 x 4 matrix: give an array of four rows, or `scan_to_model`")
     })?;
-    Ok(Matrix4::from_fn(|i, j| rows[i][j]))
+    let [x, y, z, w] = rows[3];
+    if [x, y, z] != [0.0; 3] || w == 0.0 || !w.is_finite() {
+        return Err(format!(
+            "{name}: the last row of the matrix is {x} {y} {z} {w} instead of 0 0 0 1: it is applied to columns, with \
+             the translation in the last column; transpose it?"
+        )
+        .into());
+    }
+    // Homogeneous: all multiples are the same transform.
+    Ok(Matrix4::from_fn(|i, j| rows[i][j] / w))
 }
 
 /// From the scan as it is in its file to the model, as a matrix. A unit of the scan is `factor` of the model's.

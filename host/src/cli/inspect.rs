@@ -6,7 +6,7 @@ use super::trained::expected_error;
 use super::{Common, Failure, inputs, say};
 use crate::quantile::quantile;
 use crate::sentence::sentence;
-use crate::unit::digits;
+use crate::unit::{digits, four_digits};
 use crate::{io, modes, unit};
 use lacuna::columns::Column;
 use lacuna::format::{Calibration, Header, Jitter, Symmetry};
@@ -108,6 +108,8 @@ impl Inspect {
             say(&serde_json::to_string_pretty(&report)?);
         } else {
             tell(&report);
+            self.modes.iter().for_each(|path| say(&format!("picture         {}", path.display())));
+            self.rust.iter().for_each(|path| say(&format!("constants       {}", path.display())));
         }
         Ok(())
     }
@@ -188,7 +190,10 @@ fn tell(r: &Report<'_>) {
     let [x, y, z] = r.sides;
     say(&format!(
         "grid            {x} x {y} x {z} voxels of {} {}, {} stored in {} bricks",
-        r.spacing, r.unit, r.voxels, r.bricks
+        four_digits(r.spacing.into()),
+        r.unit,
+        r.voxels,
+        r.bricks
     ));
     say(&format!(
         "weight nodes    every {} voxels ({} {}), {} active",

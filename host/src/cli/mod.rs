@@ -39,7 +39,7 @@ struct Common {
     /// Print JSON for programs instead of text: one object, of `check` and `verify` an array
     #[arg(long, global = true)]
     json: bool,
-    /// Threads to use; the results do not depend on it [default: all processors]
+    /// Threads to use, 1 to 256; the results do not depend on it [default: all processors]
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
     /// Refuse files that may need more memory than this: bytes, or with K, M or G

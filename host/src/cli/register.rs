@@ -11,7 +11,7 @@ use crate::complete::verdict;
 use crate::{io, register};
 use std::path::PathBuf;
 
-/// Find the pose of a scan in a model's frame.
+/// Find the pose of a scan in a model's frame: the best that a search finds, which `complete` goes on from.
 #[derive(clap::Args)]
 pub struct Register {
     #[command(flatten)]

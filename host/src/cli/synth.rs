@@ -43,7 +43,7 @@ struct Heads {
     /// Number of the first head
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u64).range(..=1_000_000_000))]
     first: u64,
-    /// Smooth relief that no parameter makes, mm rms
+    /// Smooth relief that no parameter makes, mm rms, at most 3
     #[arg(long, default_value_t = 0.0, value_parser = |text: &str| millimetres(text, 3.0), allow_negative_numbers = true)]
     relief: f64,
 }
@@ -70,7 +70,7 @@ struct OneScan {
     /// 320 x 240 pixels instead of 640 x 480
     #[arg(long)]
     small: bool,
-    /// Deviation of the noise that each pixel has of its own, mm
+    /// Deviation of the noise that each pixel has of its own, mm, at most 10
     #[arg(long, default_value_t = ScannerSettings::default().noise_mm, value_parser = |text: &str| millimetres(text, 10.0), allow_negative_numbers = true)]
     noise: f64,
     /// What is scanned along with it, separated by commas

@@ -41,7 +41,7 @@ pub struct Train {
     #[arg(long, value_parser = clap::value_parser!(u8).range(1..=4))]
     stride: Option<u8>,
     /// Name of the shape class [default: the name of the first mesh's folder]
-    #[arg(long)]
+    #[arg(long, value_parser = clap::builder::NonEmptyStringValueParser::new())]
     class: Option<String>,
     /// Unit of the meshes: mm, m, in, um
     #[arg(long, default_value = "mm", value_parser = unit::parse)]
@@ -66,7 +66,7 @@ pub struct Train {
     #[arg(long, value_name = "N", requires = "leave_one_out", value_parser = clap::value_parser!(u16).range(2..))]
     folds: Option<u16>,
     /// Hold back no shapes to calibrate the expected errors of completed surfaces: faster
-    #[arg(long, conflicts_with = "leave_one_out")]
+    #[arg(long, conflicts_with_all = ["leave_one_out", "folds"])]
     no_calibration: bool,
 }
 

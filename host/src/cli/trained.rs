@@ -4,7 +4,7 @@ use super::scatter::Scatter;
 use crate::train::align::Way;
 use crate::train::choice::{Choice, Size};
 use crate::train::leave_one_out;
-use crate::unit::digits;
+use crate::unit::{digits, four_digits};
 use lacuna::Model;
 use lacuna::format::Calibration;
 
@@ -96,7 +96,7 @@ impl Report {
                 self.modes,
                 if self.modes == 1 { "" } else { "s" },
                 self.voxels,
-                self.spacing
+                four_digits(self.spacing.into())
             ),
             format!(
                 "file            {} ({:.2} MiB, {:.1} s)",
@@ -141,8 +141,16 @@ fn chosen(choice: &Choice, symbol: &str) -> String {
     if chosen == usual {
         return "chosen          nothing had to be given up".into();
     }
-    let kept = format!("chosen          {modes} of {} modes, voxels of {spacing} {symbol}", usual.modes);
-    if *spacing == usual.spacing { kept } else { format!("{kept} instead of {}", usual.spacing) }
+    let kept = format!(
+        "chosen          {modes} of {} modes, voxels of {} {symbol}",
+        usual.modes,
+        four_digits((*spacing).into())
+    );
+    if *spacing == usual.spacing {
+        kept
+    } else {
+        format!("{kept} instead of {}", four_digits(usual.spacing.into()))
+    }
 }
 
 /// How well the expected errors hold, as a line of text.

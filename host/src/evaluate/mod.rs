@@ -98,7 +98,7 @@ pub enum Error {
     #[error("the trained model {text}", text = sentence(.0))]
     Model(lacuna::Error),
     /// A target that cannot be registered.
-    #[error("target {0}: {1}")]
+    #[error("target {0}: {1}; is it of the same class, and near the training shapes (--pose search)?")]
     Register(String, crate::register::Error),
     /// A target that cannot be fitted.
     #[error("target {0}: the fit was refused: {text}", text = sentence(.1))]

@@ -83,7 +83,8 @@ impl Format {
 fn is_table(line: &[u8]) -> bool {
     let values: Vec<&[u8]> = xyz::values(line).collect();
     let numbers = values.iter().all(|word| number(word).is_ok());
-    let named = values.iter().zip([b"x", b"y", b"z"]).all(|(word, name)| word.eq_ignore_ascii_case(name));
+    let named =
+        [b"x", b"y", b"z"].iter().all(|name| values.iter().any(|word| word.eq_ignore_ascii_case(*name)));
     values.len() >= 3 && (numbers || named)
 }
 
@@ -150,6 +151,12 @@ mod tests {
         assert_eq!(detect("noname", b"-1e3 2 3"), Ok(Format::Xyz));
         assert_eq!(detect("a.txt", b"2\n1 2 3 0.5\n"), Ok(Format::Xyz));
         assert_eq!(detect("a.txt", b"2\napples\n"), Err(Problem::UnknownFormat));
+        assert_eq!(
+            detect("a.csv", b"nx,ny,nz,X,Y,Z\n"),
+            Ok(Format::Xyz),
+            "whose reader tells the order it needs"
+        );
+        assert_eq!(detect("a.csv", b"name,x,size\n"), Err(Problem::UnknownFormat));
     }
 
     #[test]

@@ -78,11 +78,18 @@ impl Reader {
         if let Some((index, line)) = self.vertex_use.beyond(vertices) {
             return Err(Problem::Index { index: i64::from(index) + 1, vertices }.in_line(line));
         }
-        if let Some((index, line)) = self.normal_use.beyond(self.normals.len()) {
+        let left_out = self.normals.is_empty() && !self.shading.is_empty();
+        if left_out {
+            self.shading.clear();
+        } else if let Some((index, line)) = self.normal_use.beyond(self.normals.len()) {
             return Err(no_such("normal", i64::from(index) + 1, self.normals.len()).in_line(line));
         }
         self.mesh.normals = self.vertex_normals();
-        finish(self.mesh)
+        let mut loaded = finish(self.mesh)?;
+        if left_out {
+            loaded.repairs.push("the faces name normals, the file has none: taken from the triangles".into());
+        }
+        Ok(loaded)
     }
 
     /// One normal a vertex: the sum of those its corners name. Where corners name none, the
@@ -207,12 +214,20 @@ mod tests {
             ("f 1 2 9999999999", Problem::NotANumber("9999999999".into())),
             ("v 1 2", Problem::Columns { expected: "3", found: 2 }),
             ("v 1 2 z", Problem::NotANumber("z".into())),
-            ("f 1//1 2//1 3//1", no_such("normal", 1, 0)),
         ];
         for (line, problem) in cases {
             let fault = parse(format!("{CORNERS}{line}\n").as_bytes()).unwrap_err();
             assert_eq!(fault, Fault { place: Place::Line(5), problem });
         }
+        let fault = parse(format!("{CORNERS}vn 0 0 1\nf 1//1 2//1 3//2\n").as_bytes()).unwrap_err();
+        assert_eq!(fault, no_such("normal", 2, 1).in_line(6));
+    }
+
+    #[test]
+    fn normals_that_the_whole_file_lacks_are_left_to_the_triangles() {
+        let loaded = super::parse(format!("{CORNERS}f 1/1/1 2/1/1 3/1/1\n").as_bytes()).unwrap();
+        assert_eq!((loaded.mesh.triangles.len(), loaded.mesh.normals.len()), (1, 0));
+        assert_eq!(loaded.repairs, ["the faces name normals, the file has none: taken from the triangles"]);
     }
 
     #[test]

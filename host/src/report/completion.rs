@@ -21,6 +21,8 @@ pub struct Subject<'a> {
     pub original: &'a Mesh,
     /// From the scan as it is in its file to the model.
     pub scan_to_model: [[f64; 4]; 4],
+    /// What was found about the scan before it was completed.
+    pub notes: &'a [String],
     /// Names and values of the settings.
     pub settings: &'a [(&'a str, String)],
     /// What to type to repeat it.
@@ -50,7 +52,7 @@ pub fn html(
         heading(completion, subject.scan, unit),
         section("figure", "Scan, fits, completed surface", &columns?),
         view(),
-        section("verdict", "Verdict", &verdict(completion, unit)),
+        section("verdict", "Verdict", &verdict(completion, subject.notes, unit)),
         section("distances", "How the seen surface is met", &distances(completion, model, unit)),
         section("pose", "Pose", &pose(completion, &subject.scan_to_model)),
         section("model", "Model", &model_table(model)),
@@ -163,12 +165,13 @@ fn rounded(value: f64) -> f64 {
     if place < 1.0 { digits / (1.0 / place).round() } else { digits * place }
 }
 
-fn verdict(completion: &Completion, unit: &str) -> String {
+fn verdict(completion: &Completion, notes: &[String], unit: &str) -> String {
     let v = &completion.verdict;
-    let reasons = if v.reasons.is_empty() {
+    let said: Vec<&String> = v.reasons.iter().chain(notes).collect();
+    let reasons = if said.is_empty() {
         "<p>Nothing is unusual about this scan.</p>\n".into()
     } else {
-        let items: String = v.reasons.iter().map(|r| format!("<li>{}</li>\n", escape(r))).collect();
+        let items: String = said.iter().map(|text| format!("<li>{}</li>\n", escape(text))).collect();
         format!("<ul>\n{items}</ul>\n")
     };
     let percent = |share: f64| format!("{:.1} %", 100.0 * share);
@@ -203,9 +206,29 @@ fn verdict(completion: &Completion, unit: &str) -> String {
                     digits(v.inferred_area, 0)
                 ),
             ),
+            ("expected error, one sigma", expected(completion, unit)),
+            (
+                "left open by the scan",
+                v.spread.map_or("not estimated: the pose was given".into(), |spread| {
+                    format!(
+                        "{:.1} degrees of the pose, {} class millimetres of the surface, by the model alone",
+                        spread.turn,
+                        digits(spread.surface, 1)
+                    )
+                }),
+            ),
             ("global weights", format!("{:.2} standard deviations rms", v.weight_norm)),
             ("size", format!("{:.3} of the class", v.scale)),
         ])
+}
+
+/// Medians of the expected errors where the surface was measured and where not.
+fn expected(completion: &Completion, unit: &str) -> String {
+    let [measured, inferred] = completion
+        .expected_shares
+        .map(|share| share.map_or("-".into(), |share| format!("{} {unit}", digits(share.median, 2))));
+    let guess = if completion.expected.calibrated { "" } else { "; a guess, the model is not calibrated" };
+    format!("{measured} where measured, {inferred} where inferred (medians){guess}")
 }
 
 fn distances(completion: &Completion, model: &Model<'_>, unit: &str) -> String {
@@ -234,10 +257,12 @@ fn distances(completion: &Completion, model: &Model<'_>, unit: &str) -> String {
 
 fn pose(completion: &Completion, matrix: &[[f64; 4]; 4]) -> String {
     let rows = matrix.map(|row| row.map(|c| format!("{c:.6}")).join(", "));
-    let [best, next] = completion.verdict.pose_inliers.map(|share| format!("{:.1} %", 100.0 * share));
+    let [best, next] = completion.verdict.pose_inliers.map(|share| 100.0 * share);
+    let next =
+        if next > 0.0 { format!(", {next:.1} % with the next best that was tried") } else { String::new() };
     format!(
-        "<p>{best} of the scan agree with this pose, {next} with the next best that was tried. From scan to model, \
-         as <code>--pose</code> takes it:</p>\n<pre>[[{}]]</pre>\n",
+        "<p>{best:.1} % of the scan agree with this pose{next}. From scan to model, as <code>--pose</code> takes \
+         it:</p>\n<pre>[[{}]]</pre>\n",
         rows.join("],\n [")
     )
 }
@@ -253,7 +278,14 @@ fn model_table(model: &Model<'_>) -> String {
             "shapes, modes",
             format!("{}, {} ({:.1} % of the variance)", h.shapes, model.modes(), 100.0 * h.explained),
         ),
-        ("voxels", format!("{x} \u{d7} {y} \u{d7} {z} of {} {unit}, {} stored", h.spacing, h.voxels)),
+        (
+            "voxels",
+            format!(
+                "{x} \u{d7} {y} \u{d7} {z} of {} {unit}, {} stored",
+                unit::four_digits(h.spacing.into()),
+                h.voxels
+            ),
+        ),
         ("weight nodes", format!("every {} {unit}", digits((f32::from(h.stride) * h.spacing).into(), 1))),
         ("format, CRC-32", format!("version {}, {:08x}", model.version(), model.checksum())),
     ])

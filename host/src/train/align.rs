@@ -66,11 +66,12 @@ impl Way {
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A shape without area.
-    #[error("training shape {0} has no triangles with an area: a model is trained on meshes, not on points")]
+    #[error("training shape {} has no triangles with an area: a model is trained on meshes, not on points", .0 + 1)]
     NoSurface(usize),
     /// A shape that matches no pose.
     #[error(
-        "training shape {number} could not be aligned to the first one ({overlap:.0} % overlap): is it of the same class?"
+        "training shape {} could not be aligned to the first one ({overlap:.0} % overlap): is it of the same class?",
+        .number + 1
     )]
     NoMatch {
         /// Which, counted from zero.
@@ -80,8 +81,9 @@ pub enum Error {
     },
     /// A shape that matches inside out, counted from zero.
     #[error(
-        "training shape {0} could not be aligned: its triangles face the other way than those of the others; turn \
-         them round"
+        "training shape {} could not be aligned: its triangles face the other way than those of the others; turn \
+         them round",
+        .0 + 1
     )]
     Turned(usize),
 }

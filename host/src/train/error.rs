@@ -11,7 +11,7 @@ pub enum Error {
     #[error("a model needs at least 2 training shapes, {0} given: add meshes")]
     TooFew(usize),
     /// A mesh without triangles.
-    #[error("training shape {0} has no triangles with an area: a model is trained on meshes, not on points")]
+    #[error("training shape {} has no triangles with an area: a model is trained on meshes, not on points", .0 + 1)]
     NoSurface(usize),
     /// All shapes are equal.
     #[error("the training shapes do not differ: a model needs shapes that vary")]

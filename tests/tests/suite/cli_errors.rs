@@ -115,6 +115,27 @@ fn a_pose_of_another_unit_is_refused_with_its_size() {
 }
 
 #[test]
+fn a_matrix_that_is_no_similarity_of_columns_is_refused_and_its_multiples_are_the_same() {
+    let folder = tempdir().unwrap();
+    let register = json(folder.path(), &["register", "--json"]);
+    let number = |value: &serde_json::Value| value.as_f64().unwrap();
+    let rows: [[f64; 4]; 4] =
+        std::array::from_fn(|i| std::array::from_fn(|j| number(&register["scan_to_model"][i][j])));
+    let write = |rows: [[f64; 4]; 4]| {
+        std::fs::write(folder.path().join("pose.json"), serde_json::to_string(&rows).unwrap()).unwrap();
+    };
+    let arguments = ["complete", "--pose-hint", "pose.json", "--no-picture", "--json"];
+    let digests = || json(folder.path(), &arguments)["digests"].clone();
+    write(rows);
+    let plain = digests();
+    write(rows.map(|row| row.map(|value| 2.0 * value)));
+    assert_eq!(digests(), plain);
+    let [x, y, z, _] = rows;
+    write([x, y, z, [1.0, 2.0, 3.0, 1.0]]);
+    assert_says(&refuses(folder.path(), &arguments), &["pose.json", "1 2 3 1", "transpose"]);
+}
+
+#[test]
 fn the_unit_asked_for_is_accepted() {
     let folder = tempdir().unwrap();
     scaled_scan(folder.path(), 1e-3);

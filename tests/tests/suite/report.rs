@@ -85,6 +85,9 @@ fn an_evaluation_has_a_report_with_figure_and_table() {
     assert_eq!(files(&folder.path().join("reports")), ["ablation.html", "evaluation.html"]);
     let text = std::fs::read_to_string(folder.path().join("reports/ablation.html")).unwrap();
     assert!(text.contains("<th scope=\"row\">--method paper</th>"), "{text}");
+    let table = std::fs::read_to_string(folder.path().join("evaluation/ablation.csv")).unwrap();
+    assert!(table.starts_with("method,shapes,draw,target,model,rms,p95\nlacuna,3,0,head_000,"), "{table}");
+    assert!(table.contains("\n--method paper,3,0,head_000,local,"), "{table}");
 }
 
 #[test]

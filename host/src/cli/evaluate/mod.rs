@@ -1,6 +1,7 @@
 //! `lacuna evaluate`.
 
 mod method;
+mod names;
 mod told;
 
 use super::shapes::{self, Shapes};
@@ -15,7 +16,7 @@ use crate::{report, unit};
 use lacuna::format::Unit;
 use method::Switches;
 use rayon::prelude::*;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Compare local, global and correspondence models on complete shapes, over the number of training shapes.
 ///
@@ -216,8 +217,13 @@ impl Evaluate {
             let mut settings = Settings { baselines: false, ..self.settings(method) };
             settings.counts.truncate(1);
             let records = self.results(evaluation, &settings, name)?;
-            rows.push((name, Summary::of(&records.iter().collect::<Vec<_>>())));
+            rows.push((name, records));
         }
+        io::atomic::write(&self.output.join("ablation.csv"), |file| {
+            file.write_all(told::ablation_csv(&rows).as_bytes())
+        })?;
+        let summary = |records: &Vec<Record>| Summary::of(&records.iter().collect::<Vec<_>>());
+        let rows: Vec<_> = rows.iter().map(|(name, records)| (*name, summary(records))).collect();
         self.report("ablation", "What each departure from the paper brings", &[], |s| {
             report::evaluation::ablation(&rows, s)
         })?;
@@ -231,11 +237,10 @@ impl Evaluate {
     }
 }
 
-/// Targets under the names of their files.
+/// Targets under names that tell them apart.
 fn named(targets: Shapes) -> Result<Vec<Target>, Failure> {
-    let name = |path: &Path| path.file_stem().map_or("?".into(), |n| n.to_string_lossy().into_owned());
-    let pairs = targets.paths.par_iter().zip(targets.meshes);
-    pairs.map(|(path, mesh)| Ok(Target::new(&name(path), mesh)?)).collect()
+    let names = names::of(&targets.paths);
+    names.par_iter().zip(targets.meshes).map(|(name, mesh)| Ok(Target::new(name, mesh)?)).collect()
 }
 
 fn tell(notes: &[String]) {

@@ -42,14 +42,48 @@ pub fn ablation_json(rows: &[(&str, Summary)], notes: &[String]) -> serde_json::
     serde_json::to_string_pretty(&json!({ "ablation": rows, "notes": notes }))
 }
 
+const COLUMNS: &str = "shapes,draw,target,model,rms,p95";
+
 /// Every single result.
 pub fn csv(records: &[Record]) -> String {
+    format!("{COLUMNS}\n{}\n", lines(records).join("\n"))
+}
+
+/// Every single result of every method.
+pub fn ablation_csv(rows: &[(&str, Vec<Record>)]) -> String {
+    let of_one = |(name, records): &(&str, Vec<Record>)| {
+        lines(records).into_iter().map(|line| format!("{},{line}\n", field(name))).collect::<String>()
+    };
+    format!("method,{COLUMNS}\n{}", rows.iter().map(of_one).collect::<String>())
+}
+
+fn lines(records: &[Record]) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for r in records {
         for (model, score) in &r.scores {
-            lines.push(format!("{},{},{},{model},{},{}", r.count, r.draw, r.target, score.rms, score.p95));
+            let target = field(&r.target);
+            lines.push(format!("{},{},{target},{model},{},{}", r.count, r.draw, score.rms, score.p95));
         }
     }
     lines.sort();
-    format!("shapes,draw,target,model,rms,p95\n{}\n", lines.join("\n"))
+    lines
+}
+
+/// A text as a field of CSV (RFC 4180): in quotation marks where it would end the field or the line.
+fn field(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.into()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::field;
+
+    #[test]
+    fn fields_with_commas_and_quotation_marks_are_quoted() {
+        assert_eq!(["a b", "a,b", "a\"b"].map(field), ["a b", "\"a,b\"", "\"a\"\"b\""]);
+    }
 }

@@ -101,6 +101,13 @@ pub fn is_in(folder: &Path) -> bool {
 /// or an image is not what it describes.
 pub fn read(path: &Path) -> Result<Vec<DepthView>, Error> {
     let (json, only) = locate(path);
+    if json != path && !json.exists() {
+        let what = match only {
+            Some(_) => "a depth image needs a scan.json beside it, which says how the camera saw it",
+            None => "there is no scan.json in this folder; name a file, or a folder with depth images",
+        };
+        return Err(Problem::Other(what.into()).in_whole().in_file(path));
+    }
     let bytes = super::load(&json)?;
     let description = Description::parse(&bytes).map_err(|fault| fault.in_file(&json))?;
     let folder = json.parent().unwrap_or(Path::new("."));

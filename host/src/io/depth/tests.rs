@@ -128,7 +128,11 @@ fn what_is_missing_is_named() {
 fn a_folder_without_a_description_says_so() {
     let folder = tempfile::tempdir().unwrap();
     let text = read_scan(folder.path()).unwrap_err().to_string();
-    assert!(text.contains("scan.json: there is no such file"), "{text}");
+    assert!(text.contains("there is no scan.json in this folder; name a file"), "{text}");
+    let image = folder.path().join("depth.png");
+    fs::write(&image, png(3, 2, &PIXELS)).unwrap();
+    let text = read_scan(&image).unwrap_err().to_string();
+    assert!(text.contains("depth.png: a depth image needs a scan.json beside it"), "{text}");
 }
 
 #[test]
