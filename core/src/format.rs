@@ -129,17 +129,17 @@ pub enum Unit {
 /// Lengths and ridges of the fit, in voxels: chosen by the trainer from the size of the class.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scales {
-    /// One "class millimetre", voxels: 1/280 of the root of the mean surface area.
+    /// One "class millimetre", voxels: 1/280 of the root of the mean surface area; 0.001 to 64.
     pub millimetre: f32,
-    /// Hull reach R in front of the surface, voxels, at most 7.5.
+    /// Hull reach R in front of the surface, voxels, 0.5 to 7.5.
     pub front: f32,
-    /// Hull reach behind the surface, voxels.
+    /// Hull reach behind the surface, voxels, 0.25 to `front`.
     pub behind: f32,
-    /// λ of the global fit for one hull voxel, voxel².
+    /// λ of the global fit for one hull voxel, voxel², 1e-6 to 1000.
     pub global_ridge: f32,
-    /// λ of the local fit, voxel².
+    /// λ of the local fit, voxel², 1e-6 to 1000.
     pub local_ridge: f32,
-    /// δ of the local fit for one voxel, voxel²: times q³.
+    /// δ of the local fit for one voxel, voxel²: times q³; 1e-6 to 1000.
     pub voxel_ridge: f32,
 }
 
@@ -156,7 +156,7 @@ pub struct Symmetry {
 
 /// How far the training shapes lay from the pose they have in the model, root mean square: given in one frame, they
 /// were drawn to their mean, so that no mode is spent on poses. A scan in that frame differs from the model's pose as
-/// much ([`EXACT`](crate::pose_fit::EXACT)).
+/// much ([`EXACT`](crate::pose_fit::EXACT)). All three are from [`Jitter::LEAST`] to [`Jitter::MOST`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Jitter {
     /// Turn about each axis, radians.
@@ -168,9 +168,33 @@ pub struct Jitter {
 }
 
 impl Jitter {
+    /// Least value of each, in its unit: less is as good as none.
+    pub const LEAST: f32 = 1e-6;
+    /// Largest value of each, in its unit.
+    pub const MOST: f32 = 9999.0;
+
     /// Whether poses can be tied by this: positive numbers, none of them enormous.
     pub fn is_sound(&self) -> bool {
-        [self.turn, self.shift, self.growth].iter().all(|x| (1e-6..1e4).contains(x))
+        [self.turn, self.shift, self.growth].iter().all(|x| (Self::LEAST..1e4).contains(x))
+    }
+}
+
+impl Calibration {
+    /// Largest of `noise`, `seam`, `posterior`, `residual` and of the two ways; the former are 0 at least.
+    pub const MOST: f32 = 1e4;
+    /// Shortest way, voxels.
+    pub const SHORTEST: f32 = 1e-3;
+
+    /// Whether errors can be computed from these constants.
+    pub fn is_sound(&self) -> bool {
+        let within = |x: f32, low: f32, high: f32| x.is_finite() && (low..=high).contains(&x);
+        self.shares.iter().all(|&share| within(share, 0.0, 1.0))
+            && [self.noise, self.seam, self.posterior, self.residual]
+                .iter()
+                .all(|&x| within(x, 0.0, Self::MOST))
+            && [self.posterior_way, self.residual_way]
+                .iter()
+                .all(|&way| within(way, Self::SHORTEST, Self::MOST))
     }
 }
 
@@ -192,19 +216,19 @@ pub struct Calibration {
     /// Scans of held-back shapes it was fitted to.
     pub scans: u16,
     /// Shares of their measured and inferred vertices whose true error lies below the stated one, which was fitted
-    /// to the scans of other shapes.
+    /// to the scans of other shapes; 0 to 1.
     pub shares: [f32; 2],
-    /// Error of a measured vertex, times the scan's misfit.
+    /// Error of a measured vertex, times the scan's misfit; a factor, 0 to [`Calibration::MOST`].
     pub noise: f32,
-    /// Error of an inferred vertex next to measured ones, voxels.
+    /// Error of an inferred vertex next to measured ones, voxels, 0 to [`Calibration::MOST`].
     pub seam: f32,
-    /// Factor of the deviation that the scan leaves.
+    /// Factor of the deviation that the scan leaves, 0 to [`Calibration::MOST`].
     pub posterior: f32,
-    /// Way on which that deviation is reached, voxels.
+    /// Way on which that deviation is reached, voxels, [`Calibration::SHORTEST`] to [`Calibration::MOST`].
     pub posterior_way: f32,
-    /// What the modes do not explain, far from the scan, voxels.
+    /// What the modes do not explain, far from the scan, voxels, 0 to [`Calibration::MOST`].
     pub residual: f32,
-    /// Way on which it is reached, voxels.
+    /// Way on which it is reached, voxels, [`Calibration::SHORTEST`] to [`Calibration::MOST`].
     pub residual_way: f32,
 }
 
@@ -231,25 +255,25 @@ pub struct Header<'a> {
     pub shapes: u32,
     /// Unit of `spacing` and `origin`.
     pub unit: Unit,
-    /// Edge of a voxel.
+    /// Edge of a voxel, more than 0.
     pub spacing: f32,
     /// Centre of voxel (0, 0, 0) in the frame of the training shapes.
     pub origin: [f32; 3],
     /// Voxels along x, y, z.
     pub sides: [u16; 3],
-    /// Edge of a brick, voxels.
+    /// Edge of a brick, voxels: a multiple of both strides.
     pub brick: u8,
     /// Distance of far field samples, voxels.
     pub far_stride: u8,
     /// Stride of the weight grid the model was made for, voxels.
     pub stride: u8,
-    /// Modes, K.
+    /// Modes, K, 1 to 127.
     pub modes: u8,
     /// Stored bricks.
     pub bricks: u16,
     /// Stored voxels.
     pub voxels: u32,
-    /// Share of the training shapes' variance that the modes explain.
+    /// Share of the training shapes' variance that the modes explain, 0 to 1; only shown, and not checked.
     pub explained: f32,
     /// Lengths and ridges of the fit.
     pub scales: Scales,

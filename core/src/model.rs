@@ -398,19 +398,10 @@ fn read_header(version: u16, bytes: &[u8]) -> Result<(Header<'_>, Extras<'_>), E
         (extras.factors, unread) = postcard::take_from_bytes(unread).map_err(|_| bad)?;
     }
     let sound = extras.symmetry.as_ref().is_none_or(Symmetry::is_sound)
-        && extras.calibration.as_ref().is_none_or(is_sound)
+        && extras.calibration.as_ref().is_none_or(Calibration::is_sound)
         && extras.jitter.as_ref().is_none_or(Jitter::is_sound)
         && extras.factors.is_none_or(|factors| factors.len() == usize::from(header.bricks));
     if unread.is_empty() && sound { Ok((header, extras)) } else { Err(bad) }
-}
-
-/// Whether errors can be computed from these constants.
-fn is_sound(calibration: &Calibration) -> bool {
-    let c = calibration;
-    let within = |x: f32, low: f32, high: f32| x.is_finite() && (low..=high).contains(&x);
-    c.shares.iter().all(|&share| within(share, 0.0, 1.0))
-        && [c.noise, c.seam, c.posterior, c.residual].iter().all(|&x| within(x, 0.0, 1e4))
-        && [c.posterior_way, c.residual_way].iter().all(|&way| within(way, 1e-3, 1e4))
 }
 
 fn check_header(header: &Header<'_>) -> Result<Grid, Error> {

@@ -3,11 +3,12 @@
 use crate::points::PackedPoints;
 use crate::raster;
 use lacuna::columns::{Column, PATCH};
-use lacuna::completion::{Memory, Outcome, Settings};
+use lacuna::completion::{self, Memory, Outcome, Settings};
 use lacuna::format::digest;
 use lacuna::hull::{Hull, Target};
 use lacuna::mirror;
 use lacuna::{Arithmetic, Completion, Error, LocalFit, Model, Pose, PoseBuffers, Schedule, Sizes, Workspace};
+use std::fmt;
 
 /// Results of a fit: distances are one a stored voxel, 1/256 voxel.
 #[derive(Clone, Debug)]
@@ -31,9 +32,10 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// Voxels of the hull that only mirror images of the scan reach.
-    pub fn mirrored(&self) -> usize {
-        self.targets.iter().filter(|&&target| Target(target).weight() == mirror::WEIGHT).count()
+    /// Voxels of the hull that only mirror images of the scan reach; unknown of a fit whose hull stayed on a device.
+    pub fn mirrored(&self) -> Option<usize> {
+        let is_mirrored = |target: &&i16| Target(**target).weight() == mirror::WEIGHT;
+        (!self.targets.is_empty()).then(|| self.targets.iter().filter(is_mirrored).count())
     }
 }
 
@@ -50,6 +52,27 @@ pub struct Digests {
     pub local: u32,
     /// Fitted distances.
     pub distances: u32,
+}
+
+impl Digests {
+    /// Those of the core's stages, and that of the fitted distances.
+    pub fn of(outcome: &Outcome, distances: &[i16]) -> Self {
+        let completion::Digests { pose, hull, global, local } = outcome.digests;
+        Self { pose, hull, global, local, distances: digest(distances.iter().map(|d| d.to_le_bytes())) }
+    }
+
+    /// The stages in their order, each with its digest.
+    pub const fn named(&self) -> [(&'static str, u32); 5] {
+        let Self { pose, hull, global, local, distances } = *self;
+        [("pose", pose), ("hull", hull), ("global", global), ("local", local), ("distances", distances)]
+    }
+}
+
+impl fmt::Display for Digests {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let words = self.named().map(|(stage, crc)| format!("{stage} {crc:08x}"));
+        f.write_str(&words.join(" "))
+    }
 }
 
 /// Memory of a fit; see [`Memory`].
@@ -147,13 +170,7 @@ pub fn fit<A: Arithmetic>(
     let shape = job.shape().to_vec();
     let local_distances = job.local().map(|fit| distances(model, fit)).unwrap_or_default();
     let global_distances = global_distances(model, &global, schedule, &mut buffers)?;
-    let digests = Digests {
-        pose: outcome.digests.pose,
-        hull: outcome.digests.hull,
-        global: outcome.digests.global,
-        local: outcome.digests.local,
-        distances: digest(local_distances.iter().map(|d| d.to_le_bytes())),
-    };
+    let digests = Digests::of(&outcome, &local_distances);
     let buffer_bytes = sizes.bytes::<A>();
     Ok(Fit { outcome, shape, targets, global, global_distances, local_distances, digests, buffer_bytes })
 }

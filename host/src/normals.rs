@@ -291,7 +291,7 @@ mod tests {
     fn sphere(count: usize) -> Vec<Point> {
         let at = |i: usize| {
             let z = 1.0 - (2 * i + 1) as f64 / count as f64;
-            let (sin, cos) = (2.399_963_229_728_653 * i as f64).sin_cos();
+            let (sin, cos) = libm::sincos(2.399_963_229_728_653 * i as f64);
             Point::new(cos * (1.0 - z * z).sqrt(), sin * (1.0 - z * z).sqrt(), z)
         };
         (0..count).map(at).collect()

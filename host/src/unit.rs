@@ -26,14 +26,14 @@ pub fn parse(name: &str) -> Result<Unit, String> {
 /// A length or an area in words: so many decimal places, and more where they would leave less than two digits of it, as of
 /// those in metres.
 pub fn digits(value: f64, places: usize) -> String {
-    let first = value.abs().log10().floor();
+    let first = libm::log10(value.abs()).floor();
     let needed = if first.is_finite() { (1.0 - first).clamp(0.0, 15.0) as usize } else { 0 };
     format!("{value:.0$}", places.max(needed))
 }
 
 /// A voxel's edge in words: four digits of it, without zeros at the end.
 pub fn four_digits(value: f64) -> String {
-    let first = value.abs().log10().floor();
+    let first = libm::log10(value.abs()).floor();
     let places = if first.is_finite() { (3.0 - first).clamp(0.0, 15.0) as usize } else { 0 };
     let text = format!("{value:.places$}");
     if places == 0 { text } else { text.trim_end_matches('0').trim_end_matches('.').into() }

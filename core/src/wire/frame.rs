@@ -75,6 +75,11 @@ impl Receiver {
         Self { bytes: [0; MAX_MESSAGE], length: 0, state: DecoderState::Idle, intact: false }
     }
 
+    /// Begins a new stream.
+    pub fn restart(&mut self) {
+        (self.length, self.state, self.intact) = (0, DecoderState::Idle, false);
+    }
+
     /// Takes the next byte of the stream.
     pub fn push(&mut self, byte: u8) -> Event {
         match self.state.feed(byte) {

@@ -94,9 +94,10 @@ enum Verdict {
 }
 
 impl<'l, P: Port> Line<'l, P> {
-    /// A line without a conversation.
+    /// A line without a conversation; what is left of an earlier one is forgotten.
     pub fn new(port: &'l mut P, buffers: &'l mut LineBuffers) -> Self {
-        buffers.reply_length = 0;
+        buffers.receiver.restart();
+        (buffers.next, buffers.end, buffers.reply_length) = (0, 0, 0);
         Self { port, buffers, last: Header::default() }
     }
 

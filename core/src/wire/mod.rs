@@ -35,7 +35,7 @@
 //! | another sequence number | refuses: `OutOfOrder`, with the one it expects |
 //! | an intact frame it cannot read | refuses: `BadRequest` |
 //! | a damaged frame | answers `Damaged` with the header of the last executed request |
-//! | fewer than 7 bytes between zeros | nothing |
+//! | fewer than 8 bytes between zeros | nothing |
 //!
 //! Without a reply in time, after a damaged one and after `Damaged`, the host sends the same request again, byte
 //! for byte. It drops replies whose header is not its request's. So every request is executed once whatever

@@ -106,7 +106,7 @@ pub fn mesh(loaded: Loaded) -> Checked {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Flat {
     LeftOut,
-    /// They stay, and so do all vertices: those of several meshes correspond.
+    /// They stay, and vertices are not joined: those of several meshes correspond.
     Kept,
 }
 

@@ -67,12 +67,12 @@ pub fn unit_of(ratio: f64, own: Unit) -> Option<String> {
     let known = KNOWN.into_iter().map(|(unit, name)| (Some(unit), name)).chain([(None, "centimetres")]);
     let off = |unit: Option<Unit>| {
         let millimetres = unit.map_or(CENTIMETRE, unit::millimetres);
-        (ratio * millimetres / unit::millimetres(own)).ln().abs()
+        libm::log(ratio * millimetres / unit::millimetres(own)).abs()
     };
     let others = known.filter(|&(unit, _)| unit != Some(own));
     let (unit, name) = others.min_by(|a, b| off(a.0).total_cmp(&off(b.0)))?;
     let fits = format!("Its size would fit if it were in {name}:");
-    (off(unit) < FITTING.ln()).then(|| match unit {
+    (off(unit) < libm::log(FITTING)).then(|| match unit {
         Some(unit) => format!("{fits} give --unit {}, or convert it", unit::symbol(unit)),
         None => format!("{fits} convert it to millimetres"),
     })

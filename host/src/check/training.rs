@@ -28,18 +28,20 @@ pub fn set(shapes: Vec<Loaded>, names: &[String], unit: Unit) -> Result<Set, Ref
     let (mut kept, mut findings): (Vec<(usize, Mesh)>, Vec<_>) = (Vec::new(), Vec::new());
     // Vertices that correspond do so as long as no mesh loses triangles of its own.
     let flat = if correspond(&shapes) { Flat::Kept } else { Flat::LeftOut };
+    let mut copies = 0;
     for (number, shape) in shapes.into_iter().enumerate() {
         let checked = single(shape, flat);
         let (mesh, notes) = checked.usable().map_err(|e| Refused(format!("{}: {e}", name(number))))?;
         findings.extend(notes.into_iter().map(|note| (number, note)));
         if let Some((twin, _)) = kept.iter().find(|(_, other)| *other == mesh) {
             findings.push((number, format!("the same shape as {}; left out", name(*twin))));
+            copies += 1;
             continue;
         }
         kept.push((number, mesh));
     }
     if kept.len() < 2 {
-        return Err(Refused(too_few(kept.len(), findings.len())));
+        return Err(Refused(too_few(kept.len(), copies)));
     }
     sizes(&kept, unit).map_err(|(number, text)| Refused(format!("{}: {text}", name(number))))?;
     // They are of one size: a sentence about the first is enough.
@@ -89,9 +91,9 @@ fn single(shape: Loaded, flat: Flat) -> Checked {
     checked
 }
 
-fn too_few(different: usize, found: usize) -> String {
+fn too_few(different: usize, copies: usize) -> String {
     let what = counted(different, "different training shape", "different training shapes");
-    let why = if found > 0 { " (copies count once)" } else { "" };
+    let why = if copies > 0 { " (copies count once)" } else { "" };
     format!("a model needs at least 2 different shapes, there is {what}{why}: add meshes")
 }
 

@@ -29,8 +29,8 @@ pub struct Completed<'a> {
     pub clutter: Clutter,
     pub expected_error: ExpectedError<'a>,
     pub hull_voxels: u32,
-    /// Those of them that only mirror images of the scan reach.
-    pub mirrored_voxels: usize,
+    /// Those of them that only mirror images of the scan reach; null of a device's hull, which stays there.
+    pub mirrored_voxels: Option<usize>,
     pub buffer_bytes: usize,
     pub digests: Digests,
     pub seconds: f64,
@@ -97,10 +97,10 @@ impl Completed<'_> {
             format!("noise           {before} {symbol} in the scan, {after} after smoothing (--keep-noise keeps it)")
         }));
         lines.extend(self.clutter.line(symbol));
-        if self.mirrored_voxels > 0 {
+        if let Some(mirrored) = self.mirrored_voxels.filter(|&mirrored| mirrored > 0) {
             lines.push(format!(
-                "mirror prior    {} of {} hull voxels from the other side",
-                self.mirrored_voxels, self.hull_voxels
+                "mirror prior    {mirrored} of {} hull voxels from the other side",
+                self.hull_voxels
             ));
         }
         lines
@@ -112,14 +112,11 @@ impl Completed<'_> {
         let [found, next] = verdict.pose_inliers.map(|share| 100.0 * share);
         // Beside a pose that was given none was tried.
         let next = if next > 0.0 { format!(", next best {next:.1} %") } else { String::new() };
-        let Digests { pose, hull, global, local, distances } = self.digests;
         [
             format!("weights         {:.2} deviations rms", verdict.weight_norm),
             format!("scale           {:.3} of the class", verdict.scale),
             format!("pose            {found:.1} % inliers{next}"),
-            format!(
-                "digests         pose {pose:08x} hull {hull:08x} global {global:08x} local {local:08x} distances {distances:08x}"
-            ),
+            format!("digests         {}", self.digests),
         ]
     }
 

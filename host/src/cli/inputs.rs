@@ -8,6 +8,7 @@ use crate::io::{self, Loaded};
 use crate::mesh::{Mesh, Point};
 use crate::register::Placed;
 use crate::sentence::sentence;
+use crate::similarity::scale_and_rotation;
 use crate::unit;
 use lacuna::format::Unit;
 use lacuna::{Model, Pose};
@@ -167,13 +168,9 @@ pub fn scaled(mut mesh: Mesh, factor: f64) -> Mesh {
 pub fn pose(text: &str, model: &Model<'_>, factor: f64) -> Result<Placed, Failure> {
     let matrix =
         if text == "identity" { Matrix4::identity() * factor } else { read_matrix(Path::new(text))? };
-    let columns = matrix.fixed_view::<3, 3>(0, 0) / factor;
-    let scale = columns.determinant().cbrt();
-    let rotation = columns / scale;
-    let error = (rotation * rotation.transpose() - nalgebra::Matrix3::identity()).norm();
-    if !scale.is_finite() || scale <= 0.0 || error > 1e-3 {
+    let Some((scale, rotation)) = scale_and_rotation(&(matrix.fixed_view::<3, 3>(0, 0) / factor)) else {
         return Err(format!("{text}: the matrix is not a rotation with a positive scale").into());
-    }
+    };
     if !(1.0 / size::LIMIT..=size::LIMIT).contains(&scale) {
         return Err(format!(
             "{text}: the matrix makes the scan {scale:.4e} times as large, a model's scans differ from it by at most a \

@@ -1,5 +1,6 @@
-//! Ctrl-C and a request to end: temporary files go first, then the program.
+//! Ctrl-C and a request to end: temporary files and emulators go first, then the program.
 
+use crate::device::end_emulators;
 use crate::io::atomic;
 
 /// Watches for SIGINT and SIGTERM in a thread of its own; the exit code is 128 and the signal's number.
@@ -11,6 +12,7 @@ pub fn watch() {
     std::thread::spawn(move || {
         if let Some(signal) = signals.forever().next() {
             atomic::abandon();
+            end_emulators();
             eprintln!("lacuna: stopped; no file was left half written");
             std::process::exit(128 + signal);
         }
@@ -20,5 +22,5 @@ pub fn watch() {
 /// No signals to watch for here.
 #[cfg(not(unix))]
 pub fn watch() {
-    let _ = atomic::abandon;
+    let _ = (atomic::abandon, end_emulators);
 }

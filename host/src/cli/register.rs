@@ -68,7 +68,7 @@ impl Register {
         }
         say("scan to model");
         for row in report.scan_to_model {
-            say(&row.map(|c| format!("{c:12.6}")).join(" "));
+            say(&row.map(|c| format!("{c:>24}")).join(" "));
         }
         say(&format!("scale           {:.4} of the class", report.scale));
         say(&format!(

@@ -30,9 +30,14 @@ pub(super) fn training_set(inputs: &[PathBuf], settings: &train::Settings) -> Re
     Ok(Shapes { paths: numbers.iter().map(|&number| paths[number].clone()).collect(), meshes, notes })
 }
 
-/// Reads complete meshes that a model of the `shapes` is to approximate.
+/// Reads complete meshes that a model of the `shapes` is to approximate, each once.
 pub(super) fn targets(inputs: &[PathBuf], shapes: &[Mesh], unit: Unit) -> Result<Shapes, Failure> {
     let (paths, loaded) = read(inputs)?;
+    let mut sorted: Vec<&PathBuf> = paths.iter().collect();
+    sorted.sort();
+    if let Some(twice) = sorted.windows(2).find(|pair| pair[0] == pair[1]) {
+        return Err(format!("{}: given twice as a target: name it once", twice[0].display()).into());
+    }
     let mut found = Shapes { paths, meshes: Vec::new(), notes: Vec::new() };
     for (path, target) in found.paths.iter().zip(loaded) {
         let name = path.display();

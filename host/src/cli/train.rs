@@ -40,8 +40,8 @@ pub struct Train {
     /// Voxels between the nodes of the weight field, 1 to 4 [default: about 10 mm of a face]
     #[arg(long, value_parser = clap::value_parser!(u8).range(1..=4))]
     stride: Option<u8>,
-    /// Name of the shape class [default: the name of the first mesh's folder]
-    #[arg(long, value_parser = clap::builder::NonEmptyStringValueParser::new())]
+    /// Name of the shape class, 64 bytes at most [default: the name of the first mesh's folder]
+    #[arg(long, value_parser = class)]
     class: Option<String>,
     /// Unit of the meshes: mm, m, in, um
     #[arg(long, default_value = "mm", value_parser = unit::parse)]
@@ -75,6 +75,15 @@ fn folder(paths: &[PathBuf]) -> String {
     let full = paths.first().and_then(|p| p.canonicalize().ok());
     let name = full.as_deref().and_then(Path::parent).and_then(Path::file_name);
     name.map_or("shape".into(), |name| name.to_string_lossy().into_owned())
+}
+
+fn class(text: &str) -> Result<String, String> {
+    const LONGEST: usize = 64;
+    if (1..=LONGEST).contains(&text.len()) {
+        Ok(text.into())
+    } else {
+        Err(format!("use 1 to {LONGEST} bytes"))
+    }
 }
 
 pub(super) fn positive(text: &str) -> Result<f64, String> {

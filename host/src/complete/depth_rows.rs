@@ -6,6 +6,7 @@ use crate::io::depth::DepthView;
 use crate::mesh::{Mesh, Point, Vector};
 use crate::points::{OrientedPoints, PackedPoints};
 use crate::register::Placed;
+use crate::similarity::scale_and_rotation;
 use lacuna::cloud::{CAPACITY, step_for};
 use lacuna::curve::along_curve;
 use lacuna::depth::{Camera, Frame, Rows};
@@ -60,13 +61,10 @@ impl DepthImage {
             ));
         }
         let linear = view.camera_to_scan.fixed_view::<3, 3>(0, 0).into_owned();
-        let scale = linear.determinant().cbrt();
-        let rotation = linear / scale;
-        let error = (rotation * rotation.transpose() - Matrix3::identity()).norm();
-        if !(scale > 0.0 && error < 1e-3) {
+        let Some((scale, rotation)) = scale_and_rotation(&linear) else {
             let hint = "correct it, or leave out --depth-rows";
             return Err(format!("camera_to_scan is not a rotation with a positive scale: {hint}"));
-        }
+        };
         let camera = Camera {
             width: view.width as u16,
             height: view.height as u16,

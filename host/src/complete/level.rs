@@ -48,7 +48,7 @@ pub fn level(field: &mut Dense, deviations: &[f32], measured: &[bool]) {
         means(&mut volumes, field.sides);
         volumes
     };
-    let doubt = |i: usize| EDGE.hypot(UNEXPLAINED * deviations[i]);
+    let doubt = |i: usize| libm::hypotf(EDGE, UNEXPLAINED * deviations[i]);
     let expected = volumes(&|i| below(-field.values[i] / doubt(i)));
     let tau = |level: usize| LOWEST + STEP * level as f32;
     let tried: Vec<Vec<f32>> =

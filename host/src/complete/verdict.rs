@@ -200,7 +200,11 @@ impl Verdict {
         findings.add(
             pose < AMBIGUOUS[0] && runner_up > AMBIGUOUS[1] * pose,
             Grade::Check,
-            format!("another pose explains {} as well as this one {}", percent(runner_up), percent(pose)),
+            format!(
+                "another pose explains {} of the scan, this one {}: which is right it does not tell",
+                percent(runner_up),
+                percent(pose)
+            ),
         );
         findings.add(
             self.outside_share > 0.3,

@@ -12,6 +12,7 @@ mod scan;
 
 pub use client::{Client, Statistics, Timing};
 pub use link::{Link, serial, tcp};
+pub use qemu::end_all as end_emulators;
 pub use qemu::{Error as QemuError, Machine, Qemu};
 pub use refusal::refusal;
 pub use run::{Progress, Results, run};
@@ -63,8 +64,8 @@ pub enum Error {
 }
 
 impl Error {
-    /// Whether saying hello again helps.
+    /// Whether saying hello again helps: not against another host, whose scan that would end.
     const fn is_lost_session(&self) -> bool {
-        matches!(self, Self::Refused(Refusal::WrongSession { .. } | Refusal::OutOfOrder { .. }))
+        matches!(self, Self::Refused(Refusal::WrongSession { current: 0 } | Refusal::OutOfOrder { .. }))
     }
 }

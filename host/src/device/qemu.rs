@@ -5,6 +5,7 @@ use std::io::{self, ErrorKind};
 use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Machines that there is a firmware for.
@@ -42,11 +43,28 @@ pub enum Error {
     Start(#[from] io::Error),
 }
 
-/// An emulated device; it ends with this value.
+/// An emulated device; it ends with this value, or with [`end_all`].
 #[derive(Debug)]
 pub struct Qemu {
-    child: Child,
+    #[expect(dead_code, reason = "it ends the emulator when it is dropped")]
+    started: Started,
     line: TcpStream,
+}
+
+/// A process that ends with this value.
+#[derive(Debug)]
+struct Started(Arc<Mutex<Child>>);
+
+/// Emulators that run.
+static RUNNING: Mutex<Vec<Arc<Mutex<Child>>>> = Mutex::new(Vec::new());
+
+/// Ends all emulators, before the program ends on request.
+pub fn end_all() {
+    lock(&RUNNING).drain(..).for_each(|child| end(&mut lock(&child)));
+}
+
+fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Machine {
@@ -99,8 +117,10 @@ impl Qemu {
         let program = find(program).ok_or(Error::NoQemu(program))?;
         let listener = TcpListener::bind("127.0.0.1:0")?;
         let serial = format!("tcp:{}", listener.local_addr()?);
+        // Locked until it is in the list: none is left running by a request to end in between.
+        let mut running = lock(&RUNNING);
         // One instruction takes 512 ns of the emulated time, so that the firmware's counters count instructions.
-        let mut child = Command::new(program)
+        let child = Command::new(program)
             .args(board)
             .args(["-display", "none", "-monitor", "none", "-icount", "shift=9"])
             .args(["-semihosting-config", "enable=on,target=native,arg=lacuna,arg=serve"])
@@ -110,19 +130,20 @@ impl Qemu {
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .spawn()?;
-        match accept(&listener, &mut child) {
-            Ok(line) => Ok(Self { child, line }),
-            Err(error) => {
-                end(&mut child);
-                Err(error.into())
-            }
-        }
+        let child = Arc::new(Mutex::new(child));
+        running.push(Arc::clone(&child));
+        drop(running);
+        // Dropped, and ended, where there is no line.
+        let started = Started(child);
+        let line = accept(&listener, &started.0)?;
+        Ok(Self { started, line })
     }
 }
 
-impl Drop for Qemu {
+impl Drop for Started {
     fn drop(&mut self) {
-        end(&mut self.child);
+        end(&mut lock(&self.0));
+        lock(&RUNNING).retain(|child| !Arc::ptr_eq(child, &self.0));
     }
 }
 
@@ -143,7 +164,7 @@ fn end(child: &mut Child) {
 }
 
 /// Waits until QEMU connects its serial line.
-fn accept(listener: &TcpListener, child: &mut Child) -> io::Result<TcpStream> {
+fn accept(listener: &TcpListener, child: &Mutex<Child>) -> io::Result<TcpStream> {
     listener.set_nonblocking(true)?;
     let deadline = Instant::now() + Duration::from_secs(10);
     loop {
@@ -154,7 +175,7 @@ fn accept(listener: &TcpListener, child: &mut Child) -> io::Result<TcpStream> {
                 return Ok(line);
             }
             Err(error) if error.kind() != ErrorKind::WouldBlock => return Err(error),
-            Err(_) if child.try_wait()?.is_some() => return Err(io::Error::other("it ended at once")),
+            Err(_) if lock(child).try_wait()?.is_some() => return Err(io::Error::other("it ended at once")),
             Err(_) if Instant::now() > deadline => return Err(ErrorKind::TimedOut.into()),
             Err(_) => std::thread::sleep(Duration::from_millis(5)),
         }

@@ -10,7 +10,7 @@ use lacuna::wire::Refusal;
 use lacuna::wire::distances::unpack;
 use lacuna::wire::message::{Counters, Reply, Request, State, Status, Vector};
 
-/// Sessions lost in a row before giving up.
+/// Sessions lost before giving up.
 const RESUMPTIONS: u32 = 16;
 
 /// How far a scan has come.

@@ -5,7 +5,7 @@ use crate::complete::Start;
 use crate::complete::depth_rows::Depth;
 use crate::fit::{Buffers, Digests, Fit, global_distances};
 use lacuna::cloud::Packed;
-use lacuna::format::{Digest, digest};
+use lacuna::format::Digest;
 use lacuna::wire::message::{Begin, BeginDepth, Iterations, MAX_BATCH, MAX_PIXELS, Request};
 use lacuna::{Error, Fixed, Model, Sizes};
 
@@ -99,14 +99,7 @@ impl Results {
         let schedule = begin.settings(model).schedule;
         let sizes = Sizes::required(model, &schedule)?;
         let mut buffers = Buffers::<Fixed>::new(&sizes);
-        let found = self.outcome.digests;
-        let digests = Digests {
-            pose: found.pose,
-            hull: found.hull,
-            global: found.global,
-            local: found.local,
-            distances: digest(self.distances.iter().map(|d| d.to_le_bytes())),
-        };
+        let digests = Digests::of(&self.outcome, &self.distances);
         Ok(Fit {
             outcome: self.outcome,
             shape: self.shape,

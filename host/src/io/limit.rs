@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::error::{Error, Problem};
 use super::pipe;
 
-/// Bytes of memory that reading, checking and fitting take for one byte of a mesh file, at most.
+/// Bytes of memory that reading and checking take for one byte of a mesh file, at most.
 pub const PER_BYTE: u64 = 64;
 /// The same for one pixel of a depth image.
 pub const PER_PIXEL: u64 = 64;
@@ -65,7 +65,11 @@ pub(super) fn load(path: &Path) -> Result<Vec<u8>, Error> {
     }
     let length = if metadata.is_file() { metadata.len() } else { 0 };
     check(length.saturating_mul(PER_BYTE)).map_err(|problem| problem.in_whole().in_file(path))?;
-    let mut bytes = Vec::with_capacity(length as usize);
+    let mut bytes = Vec::new();
+    let reserved = usize::try_from(length).is_ok_and(|length| bytes.try_reserve_exact(length).is_ok());
+    if !reserved {
+        return Err(failed(io::ErrorKind::OutOfMemory.into()));
+    }
     let most = if metadata.is_file() { length } else { UNKNOWN };
     file.take(most.saturating_add(1)).read_to_end(&mut bytes).map_err(failed)?;
     if bytes.len() as u64 > most {

@@ -72,7 +72,8 @@ fn records(stated: u64, body: &[u8]) -> Result<(&[u8], Option<String>), Fault> {
 /// Whether most records have a normal of unit length or none: other bytes of a fitting length do not.
 fn are_triangles(records: &[u8]) -> bool {
     let count = records.len() / TRIANGLE;
-    let normal = |record: &[u8]| float(record, 0).hypot(float(record, 4)).hypot(float(record, 8));
+    let normal =
+        |record: &[u8]| libm::hypot(libm::hypot(float(record, 0), float(record, 4)), float(record, 8));
     let usual = |record: &&[u8]| normal(record) == 0.0 || (0.9..1.1).contains(&normal(record));
     4 * records.chunks_exact(TRIANGLE).filter(usual).count() >= 3 * count.max(1)
 }

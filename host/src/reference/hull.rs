@@ -52,7 +52,7 @@ impl Oriented {
 /// Distances of the voxels that points claim.
 pub fn hull(grid: Grid, points: &[Oriented], reach: &Reach) -> Hull {
     let mut claims: Vec<Option<Claim>> = vec![None; grid.len()];
-    let ball = reach.front.hypot(reach.lateral);
+    let ball = libm::hypot(reach.front, reach.lateral);
     for point in points {
         let low = point.point.map(|p| (p - ball).floor() as i64);
         let high = point.point.map(|p| (p + ball).ceil() as i64);

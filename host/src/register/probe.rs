@@ -182,7 +182,7 @@ impl Sums {
             |v: Vector3<f32>, limit: f32| v.map(f64::from) * f64::from((limit / v.norm().max(1e-9)).min(1.0));
         let turn = UnitQuaternion::from_scaled_axis(limited(solved.fixed_rows::<3>(0).into(), 0.25));
         let shift = limited(solved.fixed_rows::<3>(3).into(), 20.0 * field.millimetre as f32);
-        let growth = f64::from(solved[6].clamp(-0.08, 0.08)).exp();
+        let growth = libm::exp(f64::from(solved[6].clamp(-0.08, 0.08)));
         let from_centre = turn * (pose.isometry.translation.vector - self.centre.coords) * growth;
         let translation = Translation3::from(self.centre.coords + shift + from_centre);
         Similarity3::from_parts(translation, turn * pose.isometry.rotation, pose.scaling() * growth)

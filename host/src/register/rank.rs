@@ -110,7 +110,7 @@ fn apart(field: &Field, a: &Pose, b: &Pose) -> bool {
     let moved = |q: &Point| (b.to_model(&a.to_scan(q)) - q).norm();
     let points = &field.samples.points;
     let mean = points.iter().map(moved).sum::<f64>() / points.len().max(1) as f64;
-    (trace - 1.0) / 2.0 < 10f32.to_radians().cos() || mean > 15.0 * field.millimetre
+    (trace - 1.0) / 2.0 < libm::cosf(10f32.to_radians()) || mean > 15.0 * field.millimetre
 }
 
 #[cfg(test)]

@@ -160,7 +160,7 @@ fn millimetre(completion: &Completion, model: &Model<'_>) -> f64 {
 
 /// Two digits are enough for a scale.
 fn rounded(value: f64) -> f64 {
-    let place = 10f64.powf(value.abs().max(1e-12).log10().floor() - 1.0);
+    let place = libm::pow(10.0, libm::log10(value.abs().max(1e-12)).floor() - 1.0);
     let digits = (value / place).round();
     if place < 1.0 { digits / (1.0 / place).round() } else { digits * place }
 }
@@ -256,7 +256,8 @@ fn distances(completion: &Completion, model: &Model<'_>, unit: &str) -> String {
 }
 
 fn pose(completion: &Completion, matrix: &[[f64; 4]; 4]) -> String {
-    let rows = matrix.map(|row| row.map(|c| format!("{c:.6}")).join(", "));
+    // All digits: `--pose` takes it back, in whatever units it is.
+    let rows = matrix.map(|row| row.map(|c| format!("{c:?}")).join(", "));
     let [best, next] = completion.verdict.pose_inliers.map(|share| 100.0 * share);
     let next =
         if next > 0.0 { format!(", {next:.1} % with the next best that was tried") } else { String::new() };
@@ -292,7 +293,6 @@ fn model_table(model: &Model<'_>) -> String {
 }
 
 fn repeat(completion: &Completion, subject: &Subject<'_>) -> String {
-    let d = &completion.fit.digests;
     let mut rows = vec![
         ("program", format!("lacuna {}", env!("CARGO_PKG_VERSION"))),
         ("scan", subject.scan.to_owned()),
@@ -307,14 +307,7 @@ fn repeat(completion: &Completion, subject: &Subject<'_>) -> String {
         ),
     ];
     rows.extend(subject.settings.iter().cloned());
-    let digests = [
-        ("pose", d.pose),
-        ("hull", d.hull),
-        ("global", d.global),
-        ("local", d.local),
-        ("distances", d.distances),
-    ];
-    rows.push(("digests", digests.map(|(stage, crc)| format!("{stage} {crc:08x}")).join(", ")));
+    rows.push(("digests", completion.fit.digests.to_string()));
     format!(
         "<pre>{}</pre>\n{}<p class=\"note\">The same command on the same files gives the same digests on every \
          machine, and on a device.</p>\n",

@@ -30,7 +30,7 @@ pub fn trim_rim(mesh: &Mesh, factor: usize) -> Mesh {
         return mesh;
     }
     let normals = mesh.vertex_normals();
-    let carried = carry(&mesh, &smoothed, FADE.powf(1.0 / factor as f64), RINGS * factor);
+    let carried = carry(&mesh, &smoothed, libm::pow(FADE, 1.0 / factor as f64), RINGS * factor);
     let inner = |v: usize| carried[v] - normals[v] * carried[v].dot(&normals[v]);
     for (v, motion) in smoothed.iter().enumerate() {
         mesh.points[v] += motion.unwrap_or_else(|| inner(v));

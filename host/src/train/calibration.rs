@@ -192,12 +192,12 @@ fn fitted(members: &[&Member<'_>], model: &Model<'_>) -> Option<Fit> {
         sigma(member.inferred().map(stated).map(|(cue, error)| ratio(&constants, &cue, error)))
     };
     let factor = libm::exp(median(members.iter().filter_map(level).collect())?) as f32;
-    let constants = Calibration {
+    let constants = bounded(&Calibration {
         seam: constants.seam * factor,
         posterior: constants.posterior * factor,
         residual: constants.residual * factor,
         ..constants
-    };
+    });
     Some(Fit { constants, factors })
 }
 
@@ -246,13 +246,29 @@ fn least(samples: &[(Cue, f32)], start: &Calibration) -> Calibration {
 /// The constants of `start`, each times the exponential of a number.
 fn with(start: &Calibration, logs: &[f64; 5]) -> Calibration {
     let [seam, posterior, posterior_way, residual, residual_way] = logs.map(|log| libm::exp(log) as f32);
-    Calibration {
+    bounded(&Calibration {
         seam: start.seam * seam,
         posterior: start.posterior * posterior,
         posterior_way: start.posterior_way * posterior_way,
         residual: start.residual * residual,
         residual_way: start.residual_way * residual_way,
         ..*start
+    })
+}
+
+/// Constants within what the core reads.
+fn bounded(constants: &Calibration) -> Calibration {
+    let value = |x: f32| x.clamp(0.0, Calibration::MOST);
+    let way = |x: f32| x.clamp(Calibration::SHORTEST, Calibration::MOST);
+    let c = constants;
+    Calibration {
+        noise: value(c.noise),
+        seam: value(c.seam),
+        posterior: value(c.posterior),
+        posterior_way: way(c.posterior_way),
+        residual: value(c.residual),
+        residual_way: way(c.residual_way),
+        ..*c
     }
 }
 

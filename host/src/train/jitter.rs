@@ -20,6 +20,9 @@ pub fn keep_frame(shapes: &[Mesh], motions: &mut [Similarity3<f64>]) {
     motions.iter_mut().for_each(|motion| *motion = mean * *motion);
 }
 
+/// Motions below this are rounding: radians, logarithms, shares of the shapes' size.
+const NONE: f32 = 1e-6;
+
 /// Root mean square of the motions about the shapes' middles, in the shapes' unit; `None` if they are none.
 pub fn jitter(shapes: &[Mesh], motions: &[Similarity3<f64>]) -> Option<Jitter> {
     let mean = |sum: f64| (sum / motions.len().max(1) as f64).sqrt() as f32;
@@ -32,7 +35,21 @@ pub fn jitter(shapes: &[Mesh], motions: &[Similarity3<f64>]) -> Option<Jitter> {
     let growth: f64 =
         motions.iter().map(|motion| libm::log(motion.scaling())).map(|growth| growth * growth).sum();
     let jitter = Jitter { turn: mean(turn / 3.0), shift: mean(shift / 3.0), growth: mean(growth) };
-    jitter.is_sound().then_some(jitter)
+    let size = mean(shapes.iter().map(|shape| size(shape).powi(2)).sum());
+    let moved = jitter.turn.max(jitter.growth) > NONE || jitter.shift > NONE * size;
+    moved.then_some(jitter)
+}
+
+/// A jitter as a model file has it: its shift in voxels of edge `spacing`, within what the core reads.
+pub fn in_voxels(jitter: &Jitter, spacing: f32) -> Jitter {
+    let bounded = |x: f32| x.clamp(Jitter::LEAST, Jitter::MOST);
+    let Jitter { turn, shift, growth } = *jitter;
+    Jitter { turn: bounded(turn), shift: bounded(shift / spacing), growth: bounded(growth) }
+}
+
+/// Diagonal of a shape's bounds.
+fn size(shape: &Mesh) -> f64 {
+    shape.bounds().map_or(0.0, |(low, high)| (high - low).norm())
 }
 
 fn rotation(motion: &Similarity3<f64>) -> Rotation3<f64> {
@@ -87,6 +104,27 @@ mod tests {
         let found = jitter(&shapes, &moved).expect("a jitter");
         assert!((0.01..0.04).contains(&found.turn) && (0.01..0.03).contains(&found.growth), "{found:?}");
         assert!((1.5..3.5).contains(&found.shift), "{found:?}");
+    }
+
+    #[test]
+    fn the_unit_of_the_shapes_makes_no_difference_to_a_models_jitter() {
+        let of_unit = |unit: f64| {
+            let (mut shapes, mut motions) = scattered(6);
+            shapes.iter_mut().flat_map(|shape| &mut shape.points).for_each(|p| *p *= unit);
+            motions.iter_mut().for_each(|motion| motion.isometry.translation.vector *= unit);
+            let found = jitter(&shapes, &motions).expect("moved, in any unit");
+            in_voxels(&found, (3.0 * unit) as f32)
+        };
+        let millimetres = of_unit(1.0);
+        for unit in [1e-6, 1e-3, 1e3, 1e6] {
+            let found = of_unit(unit);
+            assert!(
+                found.is_sound() && (found.shift / millimetres.shift - 1.0).abs() < 1e-4,
+                "{unit}: {found:?}"
+            );
+        }
+        let shift_alone = Jitter { turn: 0.0, shift: 1e9, growth: 0.0 };
+        assert!(in_voxels(&shift_alone, 1.0).is_sound());
     }
 
     #[test]

@@ -59,7 +59,7 @@ pub fn encode(draft: &Draft<'_>) -> Result<Vec<u8>, Error> {
 /// its other bytes changes. A header holds factors for [`MOST_FACTORS`] bricks.
 ///
 /// # Errors
-/// Bytes that are no model, or another number of factors than of bricks.
+/// Bytes that are no model, another number of factors than of bricks, or constants that the core does not read.
 pub fn calibrated(
     file: &[u8],
     calibration: &Calibration,
@@ -73,7 +73,9 @@ pub fn calibrated(
     let rest = file.get(PREFIX + length..).unwrap_or(&[]);
     let factors = factors.filter(|factors| factors.len() <= MOST_FACTORS);
     let extras = Extras { calibration: Some(*calibration), factors, ..*model.extras() };
-    Ok(sealed([&head(model.header(), &extras), rest].concat()))
+    let file = sealed([&head(model.header(), &extras), rest].concat());
+    Model::from_bytes(&file)?;
+    Ok(file)
 }
 
 /// The first bytes of a file, length and checksum still open.

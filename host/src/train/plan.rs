@@ -2,12 +2,13 @@
 
 use super::band::{Band, Moments, coarse};
 use super::grid::{self, Budget};
+use super::jitter::in_voxels;
 use super::model_file::{self, Draft};
 use super::volume::{self, Lattice, Volume};
 use super::{Distances, Error, Settings, bounds, class_millimetre, line_of_sight, pca, symmetry};
 use crate::distance::Surface;
 use crate::mesh::{Mesh, Vector};
-use lacuna::format::{Header, Jitter, Scales};
+use lacuna::format::{Header, Scales};
 use lacuna::model::Extras;
 use rayon::prelude::*;
 
@@ -153,7 +154,7 @@ impl Plan {
             header,
             extras: Extras {
                 symmetry: self.symmetry.map(|plane| plane.in_voxels(&crop.lattice)),
-                jitter: settings.jitter.map(|jitter| Jitter { shift: jitter.shift / h as f32, ..jitter }),
+                jitter: settings.jitter.map(|jitter| in_voxels(&jitter, h as f32)),
                 ..Extras::default()
             },
             lattice: crop.lattice,

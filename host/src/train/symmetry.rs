@@ -98,7 +98,7 @@ fn samples<'a>(shapes: &[Mesh], surfaces: &'a [Surface]) -> Vec<Sample<'a>> {
 fn moved(mut plane: Plane, samples: &[Sample<'_>], middle: Vector, size: f64) -> Plane {
     for step in 0..STEPS {
         let along = step as f64 / (STEPS - 1) as f64;
-        let misfit = size * MISFIT[0] * (MISFIT[1] / MISFIT[0]).powf(along);
+        let misfit = size * MISFIT[0] * libm::pow(MISFIT[1] / MISFIT[0], along);
         plane = improved(&plane, samples, middle, misfit);
     }
     let squares: Vec<f64> = samples.par_iter().filter_map(|s| Some(image(&plane, s)?.0.powi(2))).collect();

@@ -74,7 +74,7 @@ pub fn misfit(cues: &[Cue]) -> f32 {
 
 /// The expected error of a measured vertex, voxels.
 fn measured(constants: &Calibration, misfit: f32, hidden: f32) -> f32 {
-    (constants.noise * misfit).hypot(hidden)
+    libm::hypotf(constants.noise * misfit, hidden)
 }
 
 /// The expected error of a vertex, voxels.
@@ -86,7 +86,7 @@ pub fn expected(constants: &Calibration, cue: &Cue, misfit: f32) -> f32 {
     let within = reached(constants.posterior_way) * constants.posterior * cue.posterior;
     let beyond = reached(constants.residual_way) * constants.residual;
     let near = constants.seam * constants.seam;
-    (cue.factor * (near + within * within + beyond * beyond).sqrt()).hypot(cue.hidden)
+    libm::hypotf(cue.factor * (near + within * within + beyond * beyond).sqrt(), cue.hidden)
 }
 
 /// Median and 95th percentile of the errors of measured and of inferred vertices; `None` where there are none.

@@ -82,7 +82,7 @@ impl Report {
     /// Names of the stages whose digests are not the golden ones, the first one being the cause.
     pub fn changed(&self) -> Vec<&'static str> {
         let Some(golden) = self.golden else { return vec![] };
-        let pairs = named(&self.digests).into_iter().zip(named(&golden));
+        let pairs = self.digests.named().into_iter().zip(golden.named());
         pairs.filter(|(found, expected)| found != expected).map(|((name, _), _)| name).collect()
     }
 
@@ -90,11 +90,6 @@ impl Report {
     pub fn is_golden(&self) -> bool {
         self.changed().is_empty()
     }
-}
-
-fn named(digests: &Digests) -> [(&'static str, u32); 5] {
-    let Digests { pose, hull, global, local, distances } = *digests;
-    [("pose", pose), ("hull", hull), ("global", global), ("local", local), ("distances", distances)]
 }
 
 /// The unit of a model.
@@ -185,7 +180,7 @@ impl fmt::Display for Report {
             "stage", "rungs", "compared", "unmatched", "median", "worst"
         )?;
         self.comparisons.iter().try_for_each(|c| writeln!(f, "{c}"))?;
-        let digests = named(&self.digests).map(|(name, value)| format!("{name} {value:08x}")).join("  ");
+        let digests = &self.digests;
         writeln!(f, "digests: {digests}")?;
         match (self.golden, self.changed().as_slice()) {
             (None, _) => write!(f, "golden: none given"),

@@ -1,13 +1,15 @@
 //! Both ends of the wire protocol over a bad line: the right bits arrive, the device never falls over, every
 //! refusal says why.
 
+use embedded_io::{ErrorKind, ErrorType, Read, ReadReady, Write};
 use lacuna::depth::{Camera, Frame, Rows};
 use lacuna::error::OptionName;
 use lacuna::wire::Refusal;
+use lacuna::wire::device::Port;
 use lacuna::wire::distances::{Packer, unpack};
-use lacuna::wire::frame::{Event, Receiver};
+use lacuna::wire::frame::{Event, Header, MAX_FRAME, MAX_MESSAGE, Receiver, encode};
 use lacuna::wire::message::{
-    Begin, BeginDepth, Hint, MAX_BATCH, MAX_DATA, MAX_PIXELS, Request, State, VERSION, Vector,
+    Begin, BeginDepth, Hint, MAX_BATCH, MAX_DATA, MAX_PIXELS, Reply, Request, State, VERSION, Vector,
 };
 use lacuna::{Error, Model, Pose};
 use lacuna_host::device::{self, Client, Link, Scan, Timing, refusal, run};
@@ -93,10 +95,99 @@ fn a_host_that_comes_back_goes_on_where_the_device_is() {
     assert_eq!(second.status(&Request::Status).unwrap().received, 1);
     let lost = first.status(&Request::Status);
     assert!(matches!(lost, Err(device::Error::Refused(Refusal::WrongSession { .. }))), "{lost:?}");
+    let other = completed(&mut first, 77, MAX_BATCH);
+    let is_taken = |error: &device::Error| matches!(error, device::Error::Refused(Refusal::WrongSession { current }) if *current != 0);
+    assert!(other.as_ref().is_err_and(is_taken), "{other:?}");
+    let status = second.status(&Request::Status).unwrap();
+    assert_eq!((status.scan, status.received), (begin.scan, 1), "the first host did not take it back");
     assert_eq!(completed(&mut second, begin.scan, MAX_BATCH).unwrap(), small().digests);
     let frames = line.frames();
     assert_eq!(completed(&mut second, begin.scan, MAX_BATCH).unwrap(), small().digests);
     assert!(line.frames() - frames < 60, "the results are there already");
+}
+
+/// A line that says something all the time, but never ends a frame.
+struct Chatter;
+
+impl Link for Chatter {
+    fn send(&mut self, _: &[u8]) -> std::io::Result<()> {
+        Ok(())
+    }
+
+    fn receive(&mut self, bytes: &mut [u8], _: Duration) -> std::io::Result<usize> {
+        bytes.fill(b'U');
+        Ok(bytes.len())
+    }
+}
+
+#[test]
+fn a_line_that_never_falls_silent_is_given_up() {
+    let timing = Timing { reply: Duration::from_millis(5), pause: Duration::ZERO, attempts: 2 };
+    let mut client = Client::new(Chatter, timing);
+    assert!(matches!(client.hello(), Err(device::Error::Silent(2))));
+}
+
+/// A connection of which one end has been recorded.
+struct Tape {
+    input: Vec<u8>,
+    output: Vec<u8>,
+}
+
+impl Port for Tape {}
+
+impl ErrorType for Tape {
+    type Error = ErrorKind;
+}
+
+impl Read for Tape {
+    fn read(&mut self, bytes: &mut [u8]) -> Result<usize, ErrorKind> {
+        let count = self.input.len().min(bytes.len());
+        bytes.iter_mut().zip(self.input.drain(..count)).for_each(|(to, from)| *to = from);
+        Ok(count)
+    }
+}
+
+impl ReadReady for Tape {
+    fn read_ready(&mut self) -> Result<bool, ErrorKind> {
+        Ok(!self.input.is_empty())
+    }
+}
+
+impl Write for Tape {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, ErrorKind> {
+        self.output.extend(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> Result<(), ErrorKind> {
+        Ok(())
+    }
+}
+
+#[test]
+fn what_a_connection_left_behind_is_not_heard_by_the_next_one() {
+    let frame = |session: u32, request: &Request<'_>| {
+        let (mut scratch, mut frame) = ([0; MAX_MESSAGE], [0; MAX_FRAME]);
+        encode(Header { session, sequence: 0 }, request, &mut scratch, &mut frame).unwrap().to_vec()
+    };
+    let hello = Request::Hello { version: VERSION };
+    let cut = frame(5, &Request::Points { first: 0, batch: &[7; 120] });
+    let mut memory = DeviceMemory::new(&small().model, 10);
+    let mut said = |input: Vec<u8>| {
+        let mut tape = Tape { input, output: vec![] };
+        memory.serve(&mut tape, &small().model);
+        let mut receiver = Receiver::new();
+        let mut heard = |byte: u8| match receiver.push(byte) {
+            Event::Frame => {
+                receiver.message::<Reply<'_>>().map(|(header, reply)| (header.session, format!("{reply:?}")))
+            }
+            _ => None,
+        };
+        tape.output.into_iter().filter_map(&mut heard).collect::<Vec<_>>()
+    };
+    let greeting = |session: u32| vec![(session, format!("{:?}", Some(Reply::Hello { version: VERSION })))];
+    assert_eq!(said([frame(5, &hello), cut[..100].to_vec()].concat()), greeting(5));
+    assert_eq!(said(frame(6, &hello)), greeting(6));
 }
 
 proptest! {

@@ -42,16 +42,7 @@ struct Report {
 impl Report {
     /// The first stage whose bits differ.
     fn difference(&self) -> Option<&'static str> {
-        let stages = |d: &Digests| {
-            [
-                ("pose", d.pose),
-                ("hull", d.hull),
-                ("global", d.global),
-                ("local", d.local),
-                ("distances", d.distances),
-            ]
-        };
-        let pairs = stages(&self.host).into_iter().zip(stages(&self.device));
+        let pairs = self.host.named().into_iter().zip(self.device.named());
         pairs.into_iter().find(|(host, device)| host != device).map(|((stage, _), _)| stage)
     }
 }
@@ -130,14 +121,10 @@ fn compare(
 }
 
 fn tell(report: &Report) {
-    let d = &report.device;
     let judgement = report
         .difference()
         .map_or("the host's bits".into(), |stage| format!("differs from stage {stage} on"));
     say(&format!("{}: {} points, {:.1} s, {judgement}", report.scan, report.points, report.seconds));
-    say(&format!(
-        "  digests       pose {:08x} hull {:08x} global {:08x} local {:08x} distances {:08x}",
-        d.pose, d.hull, d.global, d.local, d.distances
-    ));
+    say(&format!("  digests       {}", report.device));
     say(&format!("  device        {}", costs(&report.counters)));
 }

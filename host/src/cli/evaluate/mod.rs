@@ -150,9 +150,20 @@ impl Evaluate {
         Ok((aligned.shapes, aligned.way))
     }
 
+    /// The numbers of training shapes, each once.
+    fn counts(&self) -> Vec<usize> {
+        let mut counts: Vec<usize> = Vec::new();
+        for count in self.counts.iter().map(|&count| usize::from(count)) {
+            if !counts.contains(&count) {
+                counts.push(count);
+            }
+        }
+        counts
+    }
+
     fn settings(&self, method: Method) -> Settings {
         Settings {
-            counts: self.counts.iter().map(|&count| usize::from(count)).collect(),
+            counts: self.counts(),
             draws: usize::from(self.draws),
             seed: self.seed,
             pose: self.pose,
