@@ -26,11 +26,11 @@ pub struct Camera {
     pub fx: f32,
     /// Focal length along v, pixels.
     pub fy: f32,
-    /// Principal point along u.
+    /// Principal point along u, pixels; it may lie outside of the image.
     pub cx: f32,
-    /// Principal point along v.
+    /// Principal point along v, pixels.
     pub cy: f32,
-    /// Length of a grey level, in the camera's unit.
+    /// Length of a grey level, in the camera's unit, more than 0.
     pub unit: f32,
 }
 
@@ -39,7 +39,7 @@ pub struct Camera {
 pub struct Frame {
     /// What made the image.
     pub camera: Camera,
-    /// Largest depth difference between neighbours of one surface, in the camera's unit.
+    /// Largest depth difference between neighbours of one surface, in the camera's unit, 0 at least.
     pub jump: f32,
     /// Distance r of the neighbours that make a normal, pixels; 1 at least.
     pub reach: u8,
@@ -76,7 +76,7 @@ impl Camera {
         u32::from(v).wrapping_mul(u32::from(self.width)).wrapping_add(u32::from(u))
     }
 
-    /// The point a pixel sees, in the camera's frame.
+    /// The point a pixel sees, in the camera's frame and unit; `None` where it measured nothing (value 0).
     pub fn point(&self, u: u16, v: u16, value: u16) -> Option<[f32; 3]> {
         let z = f32::from(value) * self.unit;
         let seen = [(f32::from(u) - self.cx) / self.fx * z, (f32::from(v) - self.cy) / self.fy * z, z];

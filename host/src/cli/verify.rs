@@ -22,6 +22,12 @@ pub struct Verify {
     model: Option<PathBuf>,
 }
 
+/// What the table means: a build is right if its digests are golden; the distances say why it is not.
+const LEGEND: &str = "\
+rungs: 1 reference on the training volumes, 1f reference on the model file's numbers and the core's hull, 2 core in double
+precision, 3 core in fixed point; differences near the surface in mm, of weights in standard deviations (sd). 1-2 is what
+band, model and hull quantisation cost, 1f-2 the core's arithmetic, 2-3 rounding.";
+
 /// Name of the case with the built-in model and the example scan.
 pub const BUILT_IN: &str = "built-in";
 
@@ -42,6 +48,12 @@ impl Verify {
                 _ => report.changed().first().map(|stage| format!("{} ({stage})", report.case)),
             })
             .collect();
+        if !common.json {
+            say(LEGEND);
+            if fixtures && changed.is_empty() {
+                say(&format!("all {} cases compute the golden bits", reports.len()));
+            }
+        }
         if changed.is_empty() {
             return Ok(());
         }

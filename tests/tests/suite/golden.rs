@@ -38,13 +38,13 @@ fn the_number_of_threads_changes_no_bit() {
 }
 
 #[test]
-fn a_second_run_writes_the_same_picture() {
-    let picture = || {
+fn any_number_of_threads_writes_the_same_mesh_and_picture() {
+    let results = |threads: &str| {
         let folder = tempdir().unwrap();
-        succeeds(folder.path(), &["complete"]);
-        std::fs::read(folder.path().join("completed.png")).unwrap()
+        succeeds(folder.path(), &["complete", "--threads", threads]);
+        ["completed.ply", "completed.png"].map(|name| std::fs::read(folder.path().join(name)).unwrap())
     };
-    assert!(picture() == picture());
+    assert!(results("1") == results("7"));
 }
 
 /// With optimisation and without, overflow checks and assertions or not. The example needs the core alone, so
