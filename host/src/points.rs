@@ -141,7 +141,7 @@ fn clusters(mesh: &Mesh, cell: f64, keep: impl Fn(&Point) -> bool) -> Vec<(Cube,
 }
 
 /// One of six directions, so that two sides of a thin part do not cancel.
-fn facing(normal: &Vector) -> u8 {
+pub fn facing(normal: &Vector) -> u8 {
     let axis = normal.iamax();
     2 * axis as u8 + u8::from(normal[axis] < 0.0)
 }

@@ -2,6 +2,7 @@
 
 mod carry;
 mod cases;
+mod cluster;
 mod components;
 mod fairing;
 mod geodesic;
@@ -15,6 +16,7 @@ mod signs;
 mod topology;
 
 pub use carry::{carry, carry_next_to_known};
+pub use cluster::clustered;
 pub use components::{components, keep, keep_triangles, largest_component, pieces};
 pub use fairing::fair;
 pub use geodesic::path_lengths;
