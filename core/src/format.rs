@@ -171,11 +171,11 @@ impl Jitter {
     /// Least value of each, in its unit: less is as good as none.
     pub const LEAST: f32 = 1e-6;
     /// Largest value of each, in its unit.
-    pub const MOST: f32 = 9999.0;
+    pub const MOST: f32 = 1e4;
 
     /// Whether poses can be tied by this: positive numbers, none of them enormous.
     pub fn is_sound(&self) -> bool {
-        [self.turn, self.shift, self.growth].iter().all(|x| (Self::LEAST..1e4).contains(x))
+        [self.turn, self.shift, self.growth].iter().all(|x| (Self::LEAST..=Self::MOST).contains(x))
     }
 }
 

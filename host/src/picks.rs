@@ -20,7 +20,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn even_picks_are_distinct_and_reach_both_ends() {
+    fn even_picks_are_distinct_and_as_many_as_there_are_at_most() {
         assert_eq!(evenly(10, 4).collect::<Vec<_>>(), [0, 2, 5, 7]);
         assert_eq!(evenly(3, 5).collect::<Vec<_>>(), [0, 1, 2]);
         assert_eq!((evenly(0, 5).count(), evenly(5, 0).count()), (0, 0));

@@ -5,6 +5,8 @@
 //! noise, with those of all narrower ones and with the point itself (intersection of confidence intervals, Goldenshluger
 //! & Nemirovski 1997). So edges stay as sharp as the noise lets them be seen. What noise there is, the points' distances
 //! from narrow quadrics tell.
+//!
+//! Points far closer together than the model's voxels are merged: without noise before this, else after it.
 
 use super::unfold::unfold;
 use crate::cubes::{self, Cube, cube};

@@ -201,7 +201,7 @@ impl Verdict {
             pose < AMBIGUOUS[0] && runner_up > AMBIGUOUS[1] * pose,
             Grade::Check,
             format!(
-                "another pose explains {} of the scan, this one {}: which is right it does not tell",
+                "another pose explains {} of the scan, this one {}: the scan does not tell which is right",
                 percent(runner_up),
                 percent(pose)
             ),

@@ -60,7 +60,10 @@ static RUNNING: Mutex<Vec<Arc<Mutex<Child>>>> = Mutex::new(Vec::new());
 
 /// Ends all emulators, before the program ends on request.
 pub fn end_all() {
-    lock(&RUNNING).drain(..).for_each(|child| end(&mut lock(&child)));
+    let mut running = lock(&RUNNING);
+    running.drain(..).for_each(|child| end(&mut lock(&child)));
+    // Kept locked: none is started any more.
+    std::mem::forget(running);
 }
 
 fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {

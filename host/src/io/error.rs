@@ -218,6 +218,7 @@ fn reading(cause: &io::Error) -> String {
         io::ErrorKind::NotFound => "there is no such file; check the name".into(),
         io::ErrorKind::PermissionDenied => "access is denied; check the permissions".into(),
         io::ErrorKind::IsADirectory => "this is a folder; name a file in it".into(),
+        io::ErrorKind::OutOfMemory => "it is larger than the memory there is; decimate it".into(),
         io::ErrorKind::TimedOut => format!("{cause}; start what writes into it, or name a file"),
         _ => format!("{cause}; check the disk and try again"),
     }

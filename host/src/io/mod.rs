@@ -1,9 +1,9 @@
 //! Files in and out: meshes, point clouds, depth images.
 //!
 //! [`read`] takes any mesh or point cloud, [`read_scan`] takes depth images as well, which it knows by their names
-//! (PNG, JSON, a folder). Of all others both look at the content before they trust a file name, both refuse what they cannot read completely, and
-//! neither panics, whatever the bytes are. [`write_ply`] writes results; [`atomic::write`] makes
-//! sure that a file is there completely or not at all.
+//! (PNG, JSON, a folder). Of all others both look at the content before they trust a file name. Both refuse what they
+//! cannot read completely, and neither panics, whatever the bytes are. [`write_ply`] writes results; [`atomic::write`]
+//! makes sure that a file is there completely or not at all.
 //!
 //! What is damaged without loss is repaired, and said: [`read_noted`] and [`read_scan_noted`] hand out the notes.
 //!

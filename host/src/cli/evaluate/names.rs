@@ -1,15 +1,16 @@
 //! What targets are called in tables and file names.
 
+use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-/// The names of files without their endings; where these are not enough to tell the files apart, with as many folders in
+/// The names of files, each given once, without their endings; where these are not enough to tell the files apart, with as many folders in
 /// front as are, and with the endings if nothing else differs.
 pub(super) fn of(paths: &[PathBuf]) -> Vec<String> {
     let most = paths.iter().map(|path| path.components().count()).max().unwrap_or(1);
     let tries = (1..=most).map(|parts| (parts, false)).chain((1..=most).map(|parts| (parts, true)));
     let named = |(parts, ending)| paths.iter().map(|path| name(path, parts, ending)).collect::<Vec<_>>();
-    tries.map(named).find(|names| are_apart(names, paths)).unwrap_or_else(|| named((most, true)))
+    tries.map(named).find(|names| are_apart(names)).unwrap_or_else(|| named((most, true)))
 }
 
 /// The last parts of a path, joined so that they can be a file's name.
@@ -21,11 +22,9 @@ fn name(path: &Path, parts: usize, ending: bool) -> String {
     last.join("-")
 }
 
-/// Whether equal names are those of the same file.
-fn are_apart(names: &[String], paths: &[PathBuf]) -> bool {
-    let mut pairs: Vec<(&String, &PathBuf)> = names.iter().zip(paths).collect();
-    pairs.sort();
-    pairs.windows(2).all(|pair| pair[0].0 != pair[1].0 || pair[0].1 == pair[1].1)
+fn are_apart(names: &[String]) -> bool {
+    let different: BTreeSet<&String> = names.iter().collect();
+    different.len() == names.len()
 }
 
 #[cfg(test)]
@@ -43,7 +42,6 @@ mod tests {
         assert_eq!(names(&["/d/in/one.ply", "/d/off/one.ply"]), ["in-one", "off-one"]);
         assert_eq!(names(&["a/x/one.ply", "b/x/one.ply", "two.ply"]), ["a-x-one", "b-x-one", "two"]);
         assert_eq!(names(&["one.ply", "one.obj"]), ["one.ply", "one.obj"]);
-        assert_eq!(names(&["one.ply", "one.ply"]), ["one", "one"], "one file, given twice");
         assert!(names(&[]).is_empty());
     }
 }
