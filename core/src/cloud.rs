@@ -66,7 +66,7 @@ impl<'a> Cloud<'a> {
 /// |---|---|
 /// | 4 | f32 step, scan units |
 /// | 52 | rough [`Pose`]: f32 rotation row by row, scale, translation (scan units to voxels) |
-/// | 4 | u32, 1 where the pose is exact in the frame of the training shapes |
+/// | 4 | where the pose is exact in the frame of the training shapes the first byte is not 0; the others are 0 |
 /// | 12 n | points, six i16 each |
 #[derive(Clone, Copy, Debug)]
 pub struct Bytes<'a>(pub &'a [u8]);

@@ -4,7 +4,7 @@
 //! of products of two columns is an exact i32: 96 · 4729² < 2³¹. Two lines of the triangle and two columns at a time
 //! share their loads.
 
-use crate::cholesky::split;
+use crate::packed::split;
 
 /// Points of a patch.
 pub const PATCH: usize = 96;

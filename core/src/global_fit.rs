@@ -9,10 +9,11 @@
 //! brick, then multiples of 2⁻²⁸ below 2²⁴ in f64, so their order does not matter.
 
 use crate::arithmetic::{DISTANCE_BITS, FULL_WEIGHT, RESIDUAL_LIMIT};
-use crate::cholesky::{packed, solve};
+use crate::cholesky::solve;
 use crate::error::{Buffer, Error, OptionName};
 use crate::hull::Hull;
 use crate::model::{Brick, Model};
+use crate::packed::packed;
 use crate::workspace::{Progress, first};
 
 /// A global fit under way.

@@ -99,7 +99,8 @@ pub struct HullBuilder<'m, 'b, K: Lent<u16>> {
     model: &'m Model<'m>,
     reach: Reach,
     targets: &'b mut [i16],
-    /// Squared distance of the point that claimed each voxel, 1/512 voxel², one more; 0 stands for "not reached".
+    /// How close the point is that claimed each voxel: the smaller key claims. Of a measured point its squared distance,
+    /// 1/512 voxel², one more; of a mirror image [`MIRRORED_KEY`] and 1/256 voxel²; 0 stands for "not reached".
     keys: &'b mut [K],
     /// Whether the point under way is a mirror image.
     mirrored: bool,
@@ -143,16 +144,16 @@ impl<'m, 'b, K: Lent<u16>> HullBuilder<'m, 'b, K> {
         self.mirrored = false;
     }
 
-    /// Adds a point and its outward unit normal, both in voxels. Points outside the grid and normals that
-    /// are not of unit length are left out.
+    /// Adds a point and its outward unit normal, both in voxels. Points more than 8 voxels outside the grid and normals
+    /// whose length is off by more than one per cent are left out.
     #[inline(never)]
     pub fn add(&mut self, point: [f32; 3], normal: [f32; 3]) {
-        let length = normal.iter().map(|n| n * n).sum::<f32>();
+        let squared_length = normal.iter().map(|n| n * n).sum::<f32>();
         let inside = point
             .iter()
             .zip(self.model.grid().sides())
             .all(|(&p, side)| p > -8.0 && p < f32::from(side) + 8.0);
-        if !inside || !((0.98..1.02).contains(&length)) {
+        if !inside || !((0.98..1.02).contains(&squared_length)) {
             return;
         }
         let point = point.map(|p| libm::floorf(p * ONE + 0.5) as i32);

@@ -22,7 +22,7 @@
 //! leaves -S⁻¹, S⁻¹ H, the last xx and the last x once it is done for all. Four pivots at a time share the loads and
 //! stores of the sums.
 
-use crate::cholesky::{packed, split};
+use crate::packed::{packed, split};
 use crate::pose_row::MOST;
 
 /// Turns the sums of a patch's points into those of a patch with weights of its own. `sums` holds the packed lower

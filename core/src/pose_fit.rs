@@ -20,11 +20,12 @@
 //! not stored. Rows are integers ([`crate::pose_row`]) and their products exact sums ([`crate::columns`]); the rest is
 //! f32 through libm in a fixed order, and f64 in the solve: the same bits on every processor.
 
-use crate::cholesky::{packed, solve};
+use crate::cholesky::solve;
 use crate::cloud::Cloud;
 use crate::columns::{Column, clear_from, products, set_row};
 use crate::error::{Buffer, Error, OptionName};
 use crate::model::Model;
+use crate::packed::packed;
 use crate::patch::eliminate_own_weights;
 use crate::pose::{Pose, dot, zip};
 use crate::pose_row::{EXTRA, MOST, Rows};

@@ -198,6 +198,11 @@ fn distances<A: Arithmetic>(model: &Model<'_>, fit: &mut LocalFit<'_, '_, A>) ->
     distances
 }
 
+/// The mean shape's distances at the stored voxels, 1/256 voxel.
+pub fn means(model: &Model<'_>) -> Vec<i16> {
+    model.bricks().flat_map(|brick| (0..brick.voxels()).map(move |voxel| brick.mean(voxel))).collect()
+}
+
 /// Distances of stored voxels as a dense volume in voxels, x fastest, NaN where nothing is stored.
 pub fn dense(model: &Model<'_>, distances: &[i16]) -> Vec<f32> {
     let sides = model.grid().sides().map(usize::from);

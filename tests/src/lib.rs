@@ -9,6 +9,7 @@ pub mod fuzz;
 pub mod line;
 pub mod looks;
 pub mod nasty;
+pub mod nine;
 pub mod program;
 pub mod registration;
 pub mod rubbish;

@@ -24,21 +24,23 @@ pub struct Sample {
     pub model_to_scan: Matrix4<f64>,
 }
 
-/// Heads of seed 1 from the front and from the side, in unknown poses.
+/// A head of seed 1 from one side, in an unknown pose.
+pub fn head(number: u64, kind: Kind) -> Sample {
+    let truth = Head::sample(1, number).mesh();
+    let made = scan(&truth, kind, &ScannerSettings::small(), number);
+    Sample {
+        name: format!("head {number} {kind:?}"),
+        truth,
+        scan: made.mesh,
+        missing: made.missing,
+        model_to_scan: made.model_to_scan,
+    }
+}
+
+/// Such heads, each from the front and from the side.
 pub fn heads(numbers: RangeInclusive<u64>) -> impl Iterator<Item = Sample> {
-    numbers.flat_map(|number| {
-        [Kind::Front, Kind::Side].map(|kind| {
-            let truth = Head::sample(1, number).mesh();
-            let made = scan(&truth, kind, &ScannerSettings::small(), number);
-            Sample {
-                name: format!("head {number} {kind:?}"),
-                truth,
-                scan: made.mesh,
-                missing: made.missing,
-                model_to_scan: made.model_to_scan,
-            }
-        })
-    })
+    let both = numbers.flat_map(|number| [Kind::Front, Kind::Side].map(|kind| (number, kind)));
+    both.map(|(number, kind)| head(number, kind))
 }
 
 /// A scan as `../shared/data/scans` describes it: a folder with mesh.ply, scan.json and gt_missing.u8.

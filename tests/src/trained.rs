@@ -13,6 +13,11 @@ use std::sync::OnceLock;
 
 /// Thirty faces at 3.3 mm, not calibrated; none without the real data.
 pub fn thirty_faces() -> Option<Model<'static>> {
+    thirty_faces_bytes().map(|bytes| Model::from_bytes(bytes).expect("a model"))
+}
+
+/// The same as a file has them.
+pub fn thirty_faces_bytes() -> Option<&'static [u8]> {
     static BYTES: OnceLock<Option<Vec<u8>>> = OnceLock::new();
     let made = || {
         let faces = real_data("faces/train")?;
@@ -22,8 +27,7 @@ pub fn thirty_faces() -> Option<Model<'static>> {
         let settings = Settings { spacing: Some(3.3), jitter: aligned.way.jitter(), ..Settings::default() };
         Some(train(&aligned.shapes, &settings, &|_, _| ()).expect("a model"))
     };
-    let bytes = BYTES.get_or_init(made).as_deref()?;
-    Some(Model::from_bytes(bytes).expect("a model"))
+    BYTES.get_or_init(made).as_deref()
 }
 
 /// Thirty faces at 3.3 mm.

@@ -157,7 +157,7 @@ fn job<'b>(
     Completion::new(model, cloud, begin.pose, begin.settings(model), memory)
 }
 
-/// Runs a job and answers from its results until its scan is given up.
+/// Runs a job and answers from its results until its scan is given up, or it fails: then `Fit` begins another one.
 fn fit<P: Port>(
     line: &mut Line<'_, P>,
     desk: &mut Desk<'_>,
@@ -165,8 +165,11 @@ fn fit<P: Port>(
 ) -> Result<(), Ended<P::Error>> {
     desk.start();
     line.answer(&desk.status())?;
-    while desk.has_job() {
+    loop {
         desk.step(&mut results.job, || line.counter());
+        if !desk.has_job() {
+            return Ok(());
+        }
         let patience = if desk.is_fitting() { Patience::Glance } else { Patience::Wait };
         let Some(request) = line.receive(patience)? else { continue };
         let reply = match request {
@@ -184,7 +187,6 @@ fn fit<P: Port>(
         };
         line.answer(&reply)?;
     }
-    Ok(())
 }
 
 fn info<'i>(device: &Device<'i>, model: &Result<Model<'i>, Error>) -> Info<'i> {

@@ -81,7 +81,7 @@ impl Completed<'_> {
         let verdict = self.verdict;
         let mut lines = vec![
             format!(
-                "inliers         {:.1} % of the scan near the model lies on it",
+                "fitted surface  {:.1} % of the scan near the model lies on it",
                 100.0 * verdict.inlier_share
             ),
             format!("seen part       {} {symbol} rms from the fitted surface", digits(verdict.seen_rms, 3)),
@@ -111,11 +111,11 @@ impl Completed<'_> {
         let verdict = self.verdict;
         let [found, next] = verdict.pose_inliers.map(|share| 100.0 * share);
         // Beside a pose that was given none was tried.
-        let next = if next > 0.0 { format!(", next best {next:.1} %") } else { String::new() };
+        let next = if next > 0.0 { format!(", the next best {next:.1} %") } else { String::new() };
         [
             format!("weights         {:.2} deviations rms", verdict.weight_norm),
             format!("scale           {:.3} of the class", verdict.scale),
-            format!("pose            {found:.1} % inliers{next}"),
+            format!("pose            explains {found:.1} % of the scan{next}"),
             format!("digests         {}", self.digests),
         ]
     }

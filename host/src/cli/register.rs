@@ -6,7 +6,8 @@ use super::{Common, Failure, say};
 use crate::check::alternatives;
 use crate::complete::clean::clean;
 use crate::complete::noise::widest;
-use crate::complete::start::{Known, thinned};
+use crate::complete::prepared::Prepared;
+use crate::complete::start::{Known, Start};
 use crate::complete::verdict;
 use crate::{io, register};
 use std::path::PathBuf;
@@ -41,19 +42,20 @@ impl Register {
         let bytes = self.subject.model_bytes()?;
         let model = self.subject.model(&bytes)?;
         let (mesh, notes) = self.subject.mesh(&model)?;
-        let scan = clean(&mesh, widest(&model)).scan;
-        let start = std::time::Instant::now();
-        let found = register::register(&model, &scan, self.subject.seed)
+        let cleaned = clean(&mesh, widest(&model));
+        let begun = std::time::Instant::now();
+        let found = register::register(&model, &cleaned.scan, self.subject.seed)
             .map_err(|error| self.subject.named(&error))?;
-        let seconds = start.elapsed().as_secs_f64();
-        if let Some(path) = &self.pack {
-            let thinned = thinned(&model, &scan, &Known::found(found.clone()));
-            let bytes = thinned.points.packed().to_bytes(&thinned.rough.pose, false);
-            io::atomic::write(path, |file| file.write_all(&bytes))?;
-        }
+        let seconds = begun.elapsed().as_secs_f64();
         let scale = found.placed.size(&model);
         let odd = verdict::of_pose(&found, scale).map(|(_, text)| text);
-        let advice = alternatives::advice_on(&model, &scan, self.subject.seed, &found);
+        let advice = alternatives::advice_on(&model, &cleaned.scan, self.subject.seed, &found);
+        if let Some(path) = &self.pack {
+            let start = Start::new(&model, &cleaned.scan, Known::found(found.clone()));
+            let start = Prepared::new(&model, cleaned, start).start;
+            let bytes = start.packed().to_bytes(&start.thinned.rough.pose, false);
+            io::atomic::write(path, |file| file.write_all(&bytes))?;
+        }
         let report = Report {
             scan_to_model: inputs::matrix(&found.placed, &model, self.subject.factor(&model)),
             scale,
@@ -72,7 +74,7 @@ impl Register {
         }
         say(&format!("scale           {:.4} of the class", report.scale));
         say(&format!(
-            "inliers         {:.1} %, next best pose {:.1} %",
+            "pose            explains {:.1} % of the scan, the next best {:.1} %",
             100.0 * report.inlier_share,
             100.0 * report.runner_up
         ));

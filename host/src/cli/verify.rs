@@ -1,10 +1,8 @@
 //! `lacuna verify`.
 
 use super::{Common, Failure, bar, inputs, say};
-use crate::complete::clean::clean;
-use crate::complete::noise::widest;
 use crate::complete::start::Thinned;
-use crate::complete::{Options, start};
+use crate::complete::{Options, prepare};
 use crate::fit::Digests;
 use crate::mesh::Mesh;
 use crate::sentence::sentence;
@@ -67,8 +65,7 @@ impl Verify {
         let progress = bar(self.scans.len() as u64, "verifying");
         let mut reports = Vec::new();
         for path in &self.scans {
-            let scan = clean(&inputs::scan(Some(path))?.mesh, widest(&model)).scan;
-            let case = registered(&path.display().to_string(), &bytes, &scan)?;
+            let case = registered(&path.display().to_string(), &bytes, &inputs::scan(Some(path))?.mesh)?;
             reports.push(verify_core(&case, Schedule::of(&model), None)?);
             progress.inc(1);
         }
@@ -80,8 +77,7 @@ impl Verify {
 /// A scan in the pose that registration finds, to be refined by the core.
 fn registered(name: &str, bytes: &[u8], scan: &Mesh) -> Result<Case, Failure> {
     let model = inputs::model(bytes, None)?;
-    let options = Options::of(&model);
-    let start = start(&model, scan, &options)?;
+    let start = prepare(&model, scan, &Options::of(&model))?.start;
     let rounds = start.rounds(&model);
     let Thinned { points, rough, .. } = start.thinned;
     Ok(Case { name: name.into(), model: bytes.to_vec(), points, pose: rough.pose, rounds, volumes: None })
@@ -102,8 +98,7 @@ pub fn fixtures() -> Result<Vec<Report>, Failure> {
     }
     let bytes = inputs::model_bytes(None)?;
     let model = inputs::model(&bytes, None)?;
-    let example = clean(&inputs::scan(None)?.mesh, widest(&model)).scan;
-    let case = registered(BUILT_IN, &bytes, &example)?;
+    let case = registered(BUILT_IN, &bytes, &inputs::scan(None)?.mesh)?;
     reports.push(verify_core(&case, Schedule::of(&model), golden(BUILT_IN))?);
     progress.finish_and_clear();
     Ok(reports)

@@ -2,7 +2,7 @@
 
 use super::dense::Dense;
 use crate::distance::Surface;
-use crate::fit::dense;
+use crate::fit::{dense, means};
 use crate::mesh::Point;
 use crate::register::Placed;
 use lacuna::{Model, sample};
@@ -20,13 +20,9 @@ impl Dense {
     /// plus the deviation of the nearest stored voxels, which is smooth. Somebody may be farther from the mean
     /// than the model stores.
     pub fn new(model: &Model<'_>, distances: &[i16]) -> Self {
-        let mut means = vec![0; model.voxels()];
-        for brick in model.bricks() {
-            (0..brick.voxels()).for_each(|v| means[brick.first + v] = brick.mean(v));
-        }
         let mut field =
             Self { sides: model.grid().sides().map(usize::from), values: dense(model, distances) };
-        let mean = dense(model, &means);
+        let mean = dense(model, &means(model));
         // Where the coarse far field misses the mean (thin parts), there is nothing to go on from.
         let deviation = |i: usize| {
             if mean[i].is_nan() {

@@ -15,6 +15,7 @@ pub mod merge;
 pub mod noise;
 pub mod picture;
 pub mod pieces;
+pub mod prepared;
 pub mod start;
 pub mod unfold;
 pub mod unsettled;
@@ -30,7 +31,6 @@ use crate::uncertainty::cues::Cue;
 use crate::uncertainty::spread::spread;
 use crate::uncertainty::{Expected, Share, shares};
 use crate::unit;
-use clean::Cleaned;
 use clutter::{APART, Clutter};
 use fitted::{Agreement, Fitted};
 use lacuna::completion::Settings;
@@ -38,6 +38,8 @@ use lacuna::{Arithmetic, Model, Reach, Schedule};
 use measured::scan_surface;
 use merge::{Limits, MEASURED, Merged};
 use noise::Noise;
+pub use prepared::prepare;
+use prepared::{Prepared, prepare_by};
 pub use start::{Hint, Start, start};
 use verdict::{Grade, Verdict, weight_norm};
 
@@ -161,12 +163,7 @@ pub fn complete_by(
     begin: impl FnOnce(&Mesh) -> Result<Start, Error>,
     fit: impl FnOnce(&Start) -> Result<Fit, Error> + Send,
 ) -> Result<Completion, Error> {
-    let all = scan.elements();
-    let cleaned = clean::clean(scan, options.widest(model));
-    let noise = cleaned.noise;
-    let start = begin(&cleaned.scan)?;
-    let (scan, start) = with_pieces(model, cleaned, start);
-    let specks = all - scan.elements();
+    let Prepared { scan, specks, noise, start } = prepare_by(model, scan, options, begin)?;
     let (measured, fitted) = rayon::join(|| scan_surface(&scan, model), || fitted(model, &start, fit));
     let (measured, (fit, fitted, [global, local])) = (measured?, fitted?);
     let placed = fitted.placed;
@@ -215,21 +212,6 @@ fn fitted<'m>(
     let fitted = Fitted::new(model, start, &fit);
     let surfaces = [&fitted.global, &fitted.local].map(|distances| distances.surface(&fitted.placed, 1));
     Ok((fit, fitted, surfaces))
-}
-
-/// The scan with those of its small pieces that belong to the shape, and what is made of it.
-fn with_pieces(model: &Model<'_>, cleaned: Cleaned, mut start: Start) -> (Mesh, Start) {
-    let pieces = pieces::belonging(model, &cleaned, &start.known);
-    let mut scan = cleaned.scan;
-    if pieces.points.is_empty() {
-        return (scan, start);
-    }
-    scan.append(&pieces);
-    // The points of a depth image are not those of its mesh, and have all pieces.
-    if start.depth.is_none() {
-        start.thinned = start::thinned(model, &scan, &start.known);
-    }
-    (scan, start)
 }
 
 /// One class millimetre in the scan's unit.

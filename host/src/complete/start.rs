@@ -70,6 +70,11 @@ pub struct Start {
 }
 
 impl Start {
+    /// The scan thinned where it is known to lie.
+    pub fn new(model: &Model<'_>, scan: &Mesh, known: Known) -> Self {
+        Self { thinned: thinned(model, scan, &known), known, depth: None }
+    }
+
     /// The points as the core takes them.
     pub fn packed(&self) -> PackedPoints {
         self.depth.as_ref().map_or_else(|| self.thinned.points.packed(), |depth| depth.packed.clone())
@@ -91,8 +96,7 @@ impl Start {
 /// # Errors
 /// A scan that does not fit the model.
 pub fn start(model: &Model<'_>, scan: &Mesh, options: &Options<'_>) -> Result<Start, Error> {
-    let known = place(model, scan, options)?;
-    Ok(Start { thinned: thinned(model, scan, &known), known, depth: None })
+    Ok(Start::new(model, scan, place(model, scan, options)?))
 }
 
 /// The pose that is given or found, and the shape with it.

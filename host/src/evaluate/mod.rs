@@ -113,6 +113,46 @@ pub enum Error {
     File(#[from] io::Error),
 }
 
+impl Error {
+    /// Whether it is one target's own, and the others can still be approximated.
+    fn of_one_target(&self) -> bool {
+        matches!(self, Self::Register(..) | Self::Fit(..) | Self::NoResult(..))
+    }
+}
+
+/// What an evaluation found.
+#[derive(Debug, Default)]
+pub struct Outcome {
+    /// Every result, in the order they were found.
+    pub records: Vec<Record>,
+    /// Why targets could not be approximated, by target, each with its first reason.
+    pub failed: BTreeMap<String, Error>,
+}
+
+/// Results as they come.
+struct Progress<'a> {
+    state: State,
+    failed: BTreeMap<String, Error>,
+    done: u64,
+    heard: &'a (dyn Fn(u64) + Sync),
+}
+
+impl Progress<'_> {
+    /// Keeps a result, or why a target has none. Any other error ends the evaluation.
+    fn keep(&mut self, target: &str, result: Result<Record, Error>) -> Result<(), Error> {
+        match result {
+            Ok(record) => self.state.add(record)?,
+            Err(error) if error.of_one_target() => {
+                self.failed.entry(target.into()).or_insert(error);
+            }
+            Err(error) => return Err(error),
+        }
+        self.done += 1;
+        (self.heard)(self.done);
+        Ok(())
+    }
+}
+
 /// Training shapes, in one pose, and targets.
 pub struct Evaluation {
     shapes: Vec<Mesh>,
@@ -163,8 +203,8 @@ impl Evaluation {
         digest(std::iter::once(chosen.to_string().into_bytes()).chain(shapes))
     }
 
-    /// Does what is not in `state` yet, adds it there, and returns all results for the settings.
-    /// `progress` hears of steps done and steps in all.
+    /// Does what is not in `state` yet, adds it there, and returns all results for the settings. A target that
+    /// cannot be approximated does not end it. `progress` hears of steps done and steps in all.
     ///
     /// # Errors
     /// See [`Error`].
@@ -173,21 +213,23 @@ impl Evaluation {
         settings: &Settings,
         state: State,
         progress: &(dyn Fn(u64, u64) + Sync),
-    ) -> Result<Vec<Record>, Error> {
+    ) -> Result<Outcome, Error> {
         let jobs = self.jobs(settings, &state);
         let results: usize = jobs.iter().map(|job| job.targets.len()).sum();
-        let state = Mutex::new((state, 0));
+        let measured = self.shapes.len() as u64;
+        let total = measured + results as u64;
+        let heard = |done| progress(measured + done, total);
+        let found = Mutex::new(Progress { state, failed: BTreeMap::new(), done: 0, heard: &heard });
         if results > 0 {
-            let total = (self.shapes.len() + results) as u64;
             self.prepare(settings, &|done, _| progress(done, total))?;
-            let measured = self.shapes.len() as u64;
             for job in &jobs {
-                self.work(settings, job, &state, &|done| progress(measured + done, total))?;
+                self.work(settings, job, &found)?;
             }
         }
-        let (state, _) = state.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let found = found.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
         let wanted = |r: &&Record| self.wants(settings, r);
-        Ok(state.records().iter().filter(wanted).cloned().collect())
+        let records = found.state.records().iter().filter(wanted).cloned().collect();
+        Ok(Outcome { records, failed: found.failed })
     }
 
     fn wants(&self, settings: &Settings, record: &Record) -> bool {
@@ -223,13 +265,7 @@ impl Evaluation {
         Ok(())
     }
 
-    fn work(
-        &self,
-        settings: &Settings,
-        job: &Job,
-        state: &Mutex<(State, u64)>,
-        progress: &(dyn Fn(u64) + Sync),
-    ) -> Result<(), Error> {
+    fn work(&self, settings: &Settings, job: &Job, found: &Mutex<Progress<'_>>) -> Result<(), Error> {
         let prepared = &self.prepared[&settings.method.model_stride()];
         let members = draw(self.shapes.len(), job.count, job.draw, settings.seed);
         let bytes = prepared.model(&members)?;
@@ -249,19 +285,14 @@ impl Evaluation {
         job.targets.par_iter().try_for_each(|&t| {
             let target = &self.targets[t];
             let surfaces = settings.surfaces.as_ref().map(|folder| (folder.as_path(), name.as_str()));
-            let scores = models.scores(target, settings, surfaces)?;
-            let record = Record {
+            let result = models.scores(target, settings, surfaces).map(|scores| Record {
                 count: job.count,
                 draw: job.draw,
                 target: target.name.clone(),
                 digest: target.digest,
                 scores,
-            };
-            let mut state = state.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-            state.0.add(record)?;
-            state.1 += 1;
-            progress(state.1);
-            Ok(())
+            });
+            found.lock().unwrap_or_else(std::sync::PoisonError::into_inner).keep(&target.name, result)
         })
     }
 }

@@ -2,6 +2,7 @@
 //! surface, in voxels.
 
 use crate::distance::Surface;
+use crate::fit;
 use crate::mesh::{Point, Vector};
 use crate::points::{OrientedPoints, thin};
 use crate::raster::slope;
@@ -39,13 +40,7 @@ pub const SAMPLE: f64 = 13.0;
 impl Field {
     /// The mean shape of a model: its stored voxels, and its far field around them.
     pub fn of_model(model: &Model<'_>) -> Self {
-        let mut means = vec![0i16; model.voxels()];
-        for brick in model.bricks() {
-            for voxel in 0..brick.voxels() {
-                means[brick.first + voxel] = brick.mean(voxel);
-            }
-        }
-        let fine = crate::fit::dense(model, &means);
+        let fine = fit::dense(model, &fit::means(model));
         let dims = model.grid().sides().map(usize::from);
         let sides = dims.map(|side| side.div_ceil(STRIDE));
         let values = positions(sides).map(|at| {

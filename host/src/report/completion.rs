@@ -167,13 +167,8 @@ fn rounded(value: f64) -> f64 {
 
 fn verdict(completion: &Completion, notes: &[String], unit: &str) -> String {
     let v = &completion.verdict;
-    let said: Vec<&String> = v.reasons.iter().chain(notes).collect();
-    let reasons = if said.is_empty() {
-        "<p>Nothing is unusual about this scan.</p>\n".into()
-    } else {
-        let items: String = said.iter().map(|text| format!("<li>{}</li>\n", escape(text))).collect();
-        format!("<ul>\n{items}</ul>\n")
-    };
+    let said = table::list(v.reasons.iter().chain(notes));
+    let reasons = if said.is_empty() { "<p>Nothing is unusual about this scan.</p>\n".into() } else { said };
     let percent = |share: f64| format!("{:.1} %", 100.0 * share);
     reasons
         + &table::pairs(&[
@@ -259,10 +254,9 @@ fn pose(completion: &Completion, matrix: &[[f64; 4]; 4]) -> String {
     // All digits: `--pose` takes it back, in whatever units it is.
     let rows = matrix.map(|row| row.map(|c| format!("{c:?}")).join(", "));
     let [best, next] = completion.verdict.pose_inliers.map(|share| 100.0 * share);
-    let next =
-        if next > 0.0 { format!(", {next:.1} % with the next best that was tried") } else { String::new() };
+    let next = if next > 0.0 { format!(", the next best that was tried {next:.1} %") } else { String::new() };
     format!(
-        "<p>{best:.1} % of the scan agree with this pose{next}. From scan to model, as <code>--pose</code> takes \
+        "<p>This pose explains {best:.1} % of the scan{next}. From scan to model, as <code>--pose</code> takes \
          it:</p>\n<pre>[[{}]]</pre>\n",
         rows.join("],\n [")
     )

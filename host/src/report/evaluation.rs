@@ -11,6 +11,8 @@ pub struct Subject<'a> {
     pub title: &'a str,
     /// Unit of the meshes.
     pub unit: &'a str,
+    /// What a user should know of shapes and targets.
+    pub notes: &'a [String],
     /// Names and values of the settings.
     pub settings: &'a [(&'a str, String)],
     /// What to type to repeat it.
@@ -63,9 +65,11 @@ fn numbers(
 
 fn page(subject: &Subject<'_>, parts: &[String]) -> String {
     let repeat = format!("<pre>{}</pre>\n{}", escape(subject.command), table::pairs(subject.settings));
+    let notes = table::list(subject.notes.iter());
     let body = [
         format!("<h1>{}</h1>\n", escape(subject.title)),
         parts.concat(),
+        if notes.is_empty() { notes } else { section("notes", "Notes", &notes) },
         section("repeat", "To repeat it", &repeat),
     ];
     Page { title: subject.title, body: &body.concat(), scene: None }.html()

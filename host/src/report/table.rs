@@ -28,6 +28,12 @@ pub fn grid(head: &[&str], rows: &[Vec<String>]) -> String {
     out + "</tbody></table></div>\n"
 }
 
+/// Sentences, one an item. Plain text; nothing if there are none.
+pub fn list<'a>(items: impl Iterator<Item = &'a String>) -> String {
+    let items: String = items.map(|text| format!("<li>{}</li>\n", escape(text))).collect();
+    if items.is_empty() { items } else { format!("<ul>\n{items}</ul>\n") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -37,5 +43,7 @@ mod tests {
         let text = grid(&["a", "b"], &[vec!["<1>".into(), "2".into()]]);
         assert!(text.contains("<th scope=\"row\">&lt;1&gt;</th><td>2</td>"), "{text}");
         assert!(pairs(&[("x", "&".into())]).contains("<td>&amp;</td>"));
+        assert_eq!(list(["<".to_owned()].iter()), "<ul>\n<li>&lt;</li>\n</ul>\n");
+        assert_eq!(list([].iter()), "");
     }
 }

@@ -1,6 +1,6 @@
 //! From the core's formats to the reference's: dense volumes of voxels in `f64`.
 
-use crate::fit::dense;
+use crate::fit::{dense, means};
 use crate::reference::{Grid, Hull, Model as Reference, pca::pca};
 use lacuna::Model;
 use lacuna::hull::Target;
@@ -38,19 +38,17 @@ pub fn hull(model: &Model<'_>, targets: &[i16]) -> Hull {
 /// The numbers of a model file as a reference model.
 pub fn model(model: &Model<'_>) -> Reference {
     let grid = grid(model);
-    let mut means = vec![0; model.voxels()];
     let mut modes = vec![vec![0.0; grid.len()]; model.modes()];
     let places = places(model);
     for brick in model.bricks() {
         for voxel in 0..brick.voxels() {
-            means[brick.first + voxel] = brick.mean(voxel);
             let place = places[brick.first + voxel];
             for ((mode, &b), &e) in modes.iter_mut().zip(brick.basis(voxel)).zip(brick.exponents()) {
                 mode[place] = f64::from(b as i8) / f64::from(1u32 << e);
             }
         }
     }
-    let mean = distances(model, &means);
+    let mean = distances(model, &means(model));
     let mask: Vec<bool> = mean.iter().map(|m| !m.is_nan()).collect();
     let mean = mean.into_iter().map(|m| if m.is_nan() { 0.0 } else { m }).collect();
     // The file keeps the root mean square of b' over the band, s / sqrt(N).

@@ -23,7 +23,7 @@ fn complete_without_arguments_writes_mesh_and_picture() {
     assert!(mesh.triangles.len() > 1000);
     let picture = std::fs::read(folder.path().join("completed.png")).unwrap();
     assert!(picture.starts_with(b"\x89PNG\r\n\x1a\n"));
-    for word in ["verdict", "inliers", "seen part", "inferred part", "expected error", "weights"] {
+    for word in ["verdict", "fitted surface", "seen part", "inferred part", "expected error", "weights"] {
         assert!(text.contains(word), "{word} is not reported:\n{text}");
     }
 }

@@ -131,6 +131,32 @@ fn surfaces_are_written_on_request() {
 }
 
 #[test]
+fn a_target_that_cannot_be_approximated_does_not_end_the_others() {
+    let folder = heads();
+    let mut away = Head::sample(3, 9).mesh();
+    away.points.iter_mut().for_each(|p| p.x += 1000.0);
+    save(folder.path(), "targets", 9, &away);
+    let output = lacuna(
+        folder.path(),
+        &with(&["--counts", "3", "--draws", "1", "--pose", "identity", "--json", "--report", "out"]),
+    );
+    let complaint = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{complaint}");
+    assert!(complaint.contains("a target could not be approximated"), "{complaint}");
+    let result: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(median(&result, "3", "floor") < median(&result, "3", "local"), "{result}");
+    let note = |note: &Value| note.as_str().is_some_and(|note| note.starts_with("target shape_9: "));
+    assert!(result["notes"].as_array().is_some_and(|notes| notes.iter().any(note)), "{result}");
+    let written = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
+    let table = written("evaluation/results.csv");
+    assert!(table.lines().count() == 2 * 4 + 1 && !table.contains("shape_9"), "{table}");
+    assert!(written("out/evaluation.html").contains("<li>target shape_9: "));
+    let settings: Value = serde_json::from_str(&written("evaluation/settings.json")).unwrap();
+    assert_eq!(settings["program"], concat!("lacuna ", env!("CARGO_PKG_VERSION")));
+    assert_eq!(settings["pose of the targets"], "identity");
+}
+
+#[test]
 fn what_cannot_be_evaluated_is_refused() {
     let folder = heads();
     let sentence = refuses(folder.path(), &with(&["--counts", "7", "-o", "."]));

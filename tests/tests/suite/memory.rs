@@ -2,16 +2,13 @@
 
 use lacuna::completion;
 use lacuna::error::{Buffer, OptionName};
-use lacuna::format::Unit;
 use lacuna::pose_fit::{ROUNDS, Round};
 use lacuna::{Error, Fixed, Model, Reach, Schedule, Sizes};
 use lacuna_host::fit::{Buffers, fit};
 use lacuna_host::io;
-use lacuna_host::mesh::Mesh;
 use lacuna_host::points::{OrientedPoints, thin};
-use lacuna_host::train::align::{Align, align};
-use lacuna_host::train::{Settings, train};
 use lacuna_tests::buffers::complete;
+use lacuna_tests::trained::thirty_faces_bytes;
 use lacuna_tests::{default_schedule, head_points, momentum_schedule, real_data, voxel_pose};
 
 const BUDGET: usize = 640 * 1024;
@@ -115,17 +112,11 @@ fn without_momentum_no_previous_weights_are_needed() {
 
 #[test]
 fn a_model_of_real_faces_is_within_the_budget() {
-    let (Some(folder), Some(target)) = (real_data("faces/train"), real_data("faces/targets/target_00.ply"))
-    else {
+    let (Some(bytes), Some(target)) = (thirty_faces_bytes(), real_data("faces/targets/target_00.ply")) else {
         return;
     };
-    let shape = |i: u32| io::read(&folder.join(format!("train_{i:03}.ply"))).unwrap();
-    let shapes: Vec<Mesh> = (0..30).map(shape).collect();
-    let shapes = align(&shapes, Align::Auto, 1, &|_, _| ()).unwrap().shapes;
-    let settings = Settings { spacing: Some(3.3), unit: Unit::Millimetre, ..Settings::default() };
-    let bytes = train(&shapes, &settings, &|_, _| ()).unwrap();
     assert!(bytes.len() <= 1_677_721, "{} bytes are over 1.6 MiB", bytes.len());
-    let model = Model::from_bytes(&bytes).unwrap();
+    let model = Model::from_bytes(bytes).unwrap();
     assert_within_budget(&model);
     let points = thin(&io::read(&target).unwrap(), 2.0);
     assert_exact_buffers_do(&model, &points, default_schedule(&model));

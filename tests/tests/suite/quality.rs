@@ -9,7 +9,9 @@ use lacuna_host::mesh::{Mesh, Vector};
 use lacuna_host::quantile::median;
 use lacuna_host::register::register;
 use lacuna_host::surface::is_manifold;
-use lacuna_tests::sample::{Sample, heads, real};
+use lacuna_host::synth::Kind;
+use lacuna_tests::nine::nine_faces;
+use lacuna_tests::sample::{Sample, head, heads, real};
 use lacuna_tests::trained::thirty_faces;
 use lacuna_tests::{model, real_data};
 use rand::{RngExt, SeedableRng};
@@ -60,19 +62,19 @@ fn distances(sample: &Sample, completion: &Completion) -> [f64; 2] {
 
 #[test]
 fn faces_are_completed_from_one_view_and_from_three() {
-    let (Some(scans), Some(model)) = (real_data("scans"), thirty_faces()) else { return };
+    let (Some(faces), Some(scans), Some(model)) = (nine_faces(), real_data("scans"), thirty_faces()) else {
+        return;
+    };
     let (mut all_seen, mut single) = (Vec::new(), Vec::new());
-    for kind in ["front", "side", "stitched"] {
-        for number in 0..3 {
-            let sample = real(&scans.join(format!("target_{number:02}_{kind}")));
-            let [seen, missing] = distances(&sample, &completed::<Fixed>(&model, &sample, Hint::None));
-            println!("{}: seen {seen:.3} mm, missing {missing:.2} mm", sample.name);
-            let most = if kind == "stitched" { STITCHED_MM } else { SINGLE_MM[1] };
-            assert!(missing <= most, "{}: {missing:.2} mm on the missing part", sample.name);
-            all_seen.push(seen);
-            if kind != "stitched" {
-                single.push(missing);
-            }
+    for (sample, completion) in faces {
+        let [seen, missing] = distances(sample, completion);
+        println!("{}: seen {seen:.3} mm, missing {missing:.2} mm", sample.name);
+        let stitched = sample.name.ends_with("stitched");
+        let most = if stitched { STITCHED_MM } else { SINGLE_MM[1] };
+        assert!(missing <= most, "{}: {missing:.2} mm on the missing part", sample.name);
+        all_seen.push(seen);
+        if !stitched {
+            single.push(missing);
         }
     }
     // As points, without the mesh that tells specks by their triangles: 1.51 and 2.28 mm.
@@ -92,7 +94,7 @@ fn faces_are_completed_from_one_view_and_from_three() {
 #[test]
 fn a_sparse_cloud_is_measured_between_its_points() {
     let model = model();
-    let sample = heads(1001..=1001).next().expect("a head from the front");
+    let sample = head(1001, Kind::Front);
     let scan = &sample.scan;
     let kept: Vec<usize> = (0..scan.points.len()).step_by(SPARSE).collect();
     let normals = scan.vertex_normals();
@@ -118,7 +120,7 @@ const LEFT_MM: f64 = 0.45;
 #[test]
 fn a_noisy_scan_is_smoothed_and_says_how_noisy_it_was() {
     let model = model();
-    let mut sample = heads(1001..=1001).next().expect("a head from the front");
+    let mut sample = head(1001, Kind::Front);
     let scan = &mut sample.scan;
     let view: Vector = scan.vertex_normals().iter().sum::<Vector>().normalize();
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(7);

@@ -5,10 +5,10 @@ use lacuna::Model;
 use lacuna_host::mesh::{Mesh, Point, Vector};
 use lacuna_host::register::field::Field;
 use lacuna_host::register::{Registration, refine_hint, register};
-use lacuna_host::synth::Surrounding;
+use lacuna_host::synth::{Kind, Surrounding};
 use lacuna_tests::model;
 use lacuna_tests::registration::{Difference, Way, moved, placed, similarity_of, to_voxels};
-use lacuna_tests::sample::{Sample, heads};
+use lacuna_tests::sample::{Sample, head};
 use nalgebra::{Similarity3, UnitQuaternion};
 
 /// A scan, and where it lies in the model.
@@ -120,11 +120,11 @@ fn grid(n: u32, place: impl Fn(f64, f64) -> Point) -> Mesh {
 }
 
 fn front(model: &Model<'_>, number: u64) -> Known {
-    Known::of(model, heads(number..=number).next().expect("a scan from the front"))
+    Known::of(model, head(number, Kind::Front))
 }
 
 fn side(model: &Model<'_>, number: u64) -> Known {
-    Known::of(model, heads(number..=number).nth(1).expect("a scan from the side"))
+    Known::of(model, head(number, Kind::Side))
 }
 
 #[test]

@@ -8,6 +8,7 @@ use lacuna_host::mesh::{Mesh, Point};
 use lacuna_host::quantile::median;
 use lacuna_host::surface::{is_manifold, keep_triangles};
 use lacuna_tests::looks::{missed, rim_roughness, sharpest_bend};
+use lacuna_tests::nine::nine_faces;
 use lacuna_tests::seam::{largest_step, rims, steps};
 use lacuna_tests::trained::thirty_faces;
 use lacuna_tests::{model, real_data};
@@ -50,9 +51,8 @@ struct Look {
     missed: f64,
 }
 
-/// Checks the mesh of a scan.
-fn check(name: &str, model: &Model<'_>, scan: &Mesh) -> Look {
-    let completion = completed(model, scan);
+/// Checks a completed mesh.
+fn check(name: &str, model: &Model<'_>, completion: &Completion) -> Look {
     let merged = &completion.merged;
     let voxel = 1.0 / f64::from(completion.placed.pose.scale);
     let step = largest_step(merged, voxel);
@@ -76,7 +76,7 @@ fn check(name: &str, model: &Model<'_>, scan: &Mesh) -> Look {
 #[test]
 fn the_example_has_no_step_no_hole_no_crumple_and_no_pit() {
     let scan = io::parse(io::Format::Ply, lacuna_fixtures::SCAN).expect("the example");
-    let Look { step, bend, missed } = check("example", &model(), &scan);
+    let Look { step, bend, missed } = check("example", &model(), &completed(&model(), &scan));
     assert!(step <= STEP_MM, "{step:.3} mm");
     assert!(missed <= STRAY_MM2, "{missed:.0} mm2");
     assert!(bend <= BEND, "{bend:.1} degrees");
@@ -84,12 +84,8 @@ fn the_example_has_no_step_no_hole_no_crumple_and_no_pit() {
 
 #[test]
 fn nine_scans_of_faces_have_no_step_no_hole_no_crumple_and_no_pit() {
-    let (Some(scans), Some(model)) = (real_data("scans"), thirty_faces()) else { return };
-    let read = |path: &Path| io::read(path).expect("a mesh");
-    let names =
-        (0..3).flat_map(|t| ["front", "side", "stitched"].map(|kind| format!("target_{t:02}_{kind}")));
-    let all: Vec<Look> =
-        names.map(|name| check(&name, &model, &read(&scans.join(&name).join("mesh.ply")))).collect();
+    let (Some(faces), Some(model)) = (nine_faces(), thirty_faces()) else { return };
+    let all: Vec<Look> = faces.iter().map(|(sample, done)| check(&sample.name, &model, done)).collect();
     let typical = |of: fn(&Look) -> f64| median(all.iter().map(of).collect()).expect("scans");
     let (step, bend, missed) =
         (typical(|look| look.step), typical(|look| look.bend), typical(|look| look.missed));

@@ -4,10 +4,8 @@ use super::complete::costs;
 use super::line::{self, AnyClient, Line};
 use super::{Common, Failure};
 use crate::cli::{inputs, say};
-use crate::complete::clean::clean;
-use crate::complete::noise::widest;
 use crate::complete::start::Known;
-use crate::complete::{Options, Start, fit_here, start};
+use crate::complete::{Options, Start, fit_here, prepare};
 use crate::device::Scan;
 use crate::fit::Digests;
 use crate::mesh::Mesh;
@@ -54,10 +52,9 @@ impl Verify {
         let bytes = inputs::model_bytes(self.model.as_deref())?;
         let model = inputs::model(&bytes, self.model.as_deref())?;
         let mut reports = vec![];
-        for (name, mesh) in self.meshes(widest(&model))? {
+        for (name, mesh) in self.meshes()? {
             let schedule = Schedule::of(&model);
-            let rough = Options::of(&model);
-            let start = start(&model, &mesh, &rough)?;
+            let start = prepare(&model, &mesh, &Options::of(&model))?.start;
             let hint = pose_fit::Hint::Exact;
             let known = Known { hint, ..start.known.clone() };
             let exact = Start { thinned: start.thinned.clone(), known, depth: None };
@@ -81,18 +78,16 @@ impl Verify {
         Err(format!("the device does not compute the host's bits; first stage that differs: {list}").into())
     }
 
-    /// Scans without specks, by name, their noise taken out within `widest`.
-    fn meshes(&self, widest: f64) -> Result<Vec<(String, Mesh)>, Failure> {
+    /// Scans by name.
+    fn meshes(&self) -> Result<Vec<(String, Mesh)>, Failure> {
         if self.scans.is_empty() {
-            let example = ("the example scan".to_owned(), clean(&inputs::scan(None)?.mesh, widest).scan);
+            let example = ("the example scan".to_owned(), inputs::scan(None)?.mesh);
             let sides = [("front", Kind::Front), ("side", Kind::Side)];
             return Ok(std::iter::once(example)
                 .chain(sides.map(|(name, kind)| synthetic(name, kind)))
                 .collect());
         }
-        let read = |path: &PathBuf| {
-            Ok((path.display().to_string(), clean(&inputs::scan(Some(path))?.mesh, widest).scan))
-        };
+        let read = |path: &PathBuf| Ok((path.display().to_string(), inputs::scan(Some(path))?.mesh));
         self.scans.iter().map(read).collect()
     }
 }

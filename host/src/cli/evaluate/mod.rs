@@ -7,7 +7,9 @@ mod told;
 use super::shapes::{self, Shapes};
 use super::train::{align_mode, positive};
 use super::{Common, Failure, bar, inputs, say};
-use crate::evaluate::{Evaluation, Method, PoseMode, Record, Settings, Summary, Target, figure, missed};
+use crate::evaluate::{
+    self, Evaluation, Method, Outcome, PoseMode, Record, Settings, Summary, Target, figure, missed,
+};
 use crate::io;
 use crate::mesh::Mesh;
 use crate::train;
@@ -16,6 +18,7 @@ use crate::{report, unit};
 use lacuna::format::Unit;
 use method::Switches;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// Compare local, global and correspondence models on complete shapes, over the number of training shapes.
@@ -102,20 +105,20 @@ impl Evaluate {
             return self.ablate(&mut evaluation, &notes, common);
         }
         let method = self.switches.chosen()?;
-        let records = self.results(&mut evaluation, &self.settings(method), "evaluating")?;
-        io::atomic::write(&self.output.join("results.csv"), |file| {
-            file.write_all(told::csv(&records).as_bytes())
-        })?;
-        let drawing = figure(&records, unit::symbol(self.unit))?;
-        io::atomic::write(&self.output.join("figure2.svg"), |file| file.write_all(drawing.as_bytes()))?;
-        let summary = Summary::of(&records.iter().collect::<Vec<_>>());
+        let Outcome { records, failed } =
+            self.results(&mut evaluation, &self.settings(method), "evaluating")?;
+        notes.extend(failed.values().map(evaluate::Error::to_string));
         notes.extend(missed(&records, limit).iter().map(|(name, rms)| self.miss(name, *rms)));
-        self.report(
-            "evaluation",
-            "How well each model approximates complete shapes",
-            &[("method", json(&method))],
-            |s| report::evaluation::figure2(&summary, &drawing, s),
-        )?;
+        let settings = self.described(Some(&method));
+        self.write("settings.json", &told::settings(&settings)?)?;
+        self.write("results.csv", &told::csv(&records))?;
+        let drawing = figure(&records, unit::symbol(self.unit))?;
+        self.write("figure2.svg", &drawing)?;
+        let summary = Summary::of(&records.iter().collect::<Vec<_>>());
+        let title = "How well each model approximates complete shapes";
+        self.report("evaluation", title, &settings, &notes, |s| {
+            report::evaluation::figure2(&summary, &drawing, s)
+        })?;
         if common.json {
             say(&told::figure_json(&summary, &notes)?);
         } else {
@@ -123,7 +126,12 @@ impl Evaluate {
             say(&told::figure(&summary, self.unit));
             say(&format!("figure  {}", self.output.join("figure2.svg").display()));
         }
-        Ok(())
+        whole(failed.len())
+    }
+
+    /// Writes a file of the output folder.
+    fn write(&self, name: &str, text: &str) -> Result<(), Failure> {
+        Ok(io::atomic::write(&self.output.join(name), |file| file.write_all(text.as_bytes()))?)
     }
 
     fn train_settings(&self) -> train::Settings {
@@ -174,77 +182,105 @@ impl Evaluate {
         }
     }
 
+    /// The results for some settings: at least one of them is there.
     fn results(
         &self,
         evaluation: &mut Evaluation,
         settings: &Settings,
         what: &str,
-    ) -> Result<Vec<Record>, Failure> {
+    ) -> Result<Outcome, Failure> {
         let state = evaluation.open(settings, &self.output)?;
         if let Some(folder) = &settings.surfaces {
             std::fs::create_dir_all(folder)
                 .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;
         }
         let progress = bar(0, what);
-        let records = evaluation.run(settings, state, &|done, total| {
+        let mut outcome = evaluation.run(settings, state, &|done, total| {
             progress.set_length(total);
             progress.set_position(done);
         })?;
         progress.finish_and_clear();
-        Ok(records)
+        if outcome.records.is_empty()
+            && let Some((_, error)) = outcome.failed.pop_first()
+        {
+            return Err(error.into());
+        }
+        Ok(outcome)
     }
 
-    /// Writes a report, if one is asked for, from what all of them say of the settings.
-    fn report(
-        &self,
-        name: &str,
-        title: &str,
-        more: &[(&str, String)],
-        html: impl FnOnce(&report::evaluation::Subject<'_>) -> String,
-    ) -> Result<(), Failure> {
-        let Some(folder) = &self.report else { return Ok(()) };
+    /// Names and values of all settings: what a result means, and how it is had again.
+    fn described(&self, method: Option<&Method>) -> Vec<(&'static str, String)> {
         let list =
             |paths: &[PathBuf]| paths.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ");
-        let counts: Vec<String> = self.counts.iter().map(u16::to_string).collect();
-        let mut settings = vec![
+        let counts: Vec<String> = self.counts().iter().map(usize::to_string).collect();
+        vec![
             ("program", format!("lacuna {}", env!("CARGO_PKG_VERSION"))),
             ("training shapes", list(&self.train)),
             ("targets", list(&self.targets)),
             ("counts", counts.join(", ")),
             ("draws, seed", format!("{}, {}", self.draws, self.seed)),
+            ("unit", unit::symbol(self.unit).into()),
             ("pose of the targets", json(&self.pose)),
             ("voxel edge", self.spacing.map_or("chosen from the size".into(), |s| s.to_string())),
-        ];
-        settings.extend(more.iter().cloned());
+            ("method", method.map_or("each departure from the paper alone".into(), json)),
+        ]
+    }
+
+    /// Writes a report, if one is asked for.
+    fn report(
+        &self,
+        name: &str,
+        title: &str,
+        settings: &[(&str, String)],
+        notes: &[String],
+        html: impl FnOnce(&report::evaluation::Subject<'_>) -> String,
+    ) -> Result<(), Failure> {
+        let Some(folder) = &self.report else { return Ok(()) };
         let unit = unit::symbol(self.unit);
         let command = report::command_line();
-        let subject = report::evaluation::Subject { title, unit, settings: &settings, command: &command };
+        let subject = report::evaluation::Subject { title, unit, settings, notes, command: &command };
         inputs::write_report(&folder.join(name).with_extension("html"), &html(&subject))
     }
 
     fn ablate(&self, evaluation: &mut Evaluation, notes: &[String], common: &Common) -> Result<(), Failure> {
         let mut rows = Vec::new();
+        let mut failed = BTreeMap::new();
         for (name, method) in Method::ablation() {
             let mut settings = Settings { baselines: false, ..self.settings(method) };
             settings.counts.truncate(1);
-            let records = self.results(evaluation, &settings, name)?;
-            rows.push((name, records));
+            let outcome = self.results(evaluation, &settings, name)?;
+            failed.extend(outcome.failed);
+            rows.push((name, outcome.records));
         }
-        io::atomic::write(&self.output.join("ablation.csv"), |file| {
-            file.write_all(told::ablation_csv(&rows).as_bytes())
-        })?;
+        let reasons = failed.values().map(evaluate::Error::to_string);
+        let notes: Vec<String> = notes.iter().cloned().chain(reasons).collect();
+        let settings = self.described(None);
+        self.write("settings.json", &told::settings(&settings)?)?;
+        self.write("ablation.csv", &told::ablation_csv(&rows))?;
         let summary = |records: &Vec<Record>| Summary::of(&records.iter().collect::<Vec<_>>());
         let rows: Vec<_> = rows.iter().map(|(name, records)| (*name, summary(records))).collect();
-        self.report("ablation", "What each departure from the paper brings", &[], |s| {
+        self.report("ablation", "What each departure from the paper brings", &settings, &notes, |s| {
             report::evaluation::ablation(&rows, s)
         })?;
         if common.json {
-            say(&told::ablation_json(&rows, notes)?);
+            say(&told::ablation_json(&rows, &notes)?);
         } else {
-            tell(notes);
+            tell(&notes);
             say(&told::ablation(&rows, self.unit));
         }
-        Ok(())
+        whole(failed.len())
+    }
+}
+
+/// Fails if some targets did.
+fn whole(failed: usize) -> Result<(), Failure> {
+    match failed {
+        0 => Ok(()),
+        1 => Err("a target could not be approximated (see its note); the results are of the others".into()),
+        _ => Err(format!(
+            "{failed} targets could not be approximated (see the notes); the results are of the others"
+        )
+        .into()),
     }
 }
 

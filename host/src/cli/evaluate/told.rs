@@ -42,6 +42,13 @@ pub fn ablation_json(rows: &[(&str, Summary)], notes: &[String]) -> serde_json::
     serde_json::to_string_pretty(&json!({ "ablation": rows, "notes": notes }))
 }
 
+/// Settings for programs.
+pub fn settings(settings: &[(&str, String)]) -> serde_json::Result<String> {
+    let map: serde_json::Map<_, _> =
+        settings.iter().map(|(name, value)| ((*name).to_owned(), value.as_str().into())).collect();
+    serde_json::to_string_pretty(&map)
+}
+
 const COLUMNS: &str = "shapes,draw,target,model,rms,p95";
 
 /// Every single result.

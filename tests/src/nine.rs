@@ -1,0 +1,25 @@
+//! The nine scans of three real faces, completed by a model of thirty others: several tests look at them.
+
+use crate::real_data;
+use crate::sample::{Sample, real};
+use crate::trained::thirty_faces;
+use lacuna::Fixed;
+use lacuna_host::complete::{Completion, Options, complete};
+use std::sync::OnceLock;
+
+/// From the front, from the side and stitched from three views, in unknown poses; none without the real data.
+pub fn nine_faces() -> Option<&'static [(Sample, Completion)]> {
+    static DONE: OnceLock<Option<Vec<(Sample, Completion)>>> = OnceLock::new();
+    let completed = || {
+        let (scans, model) = (real_data("scans")?, thirty_faces()?);
+        let kinds = ["front", "side", "stitched"];
+        let names = kinds.iter().flat_map(|kind| (0..3).map(move |face| format!("target_{face:02}_{kind}")));
+        let one = |name: String| {
+            let sample = real(&scans.join(&name));
+            let completion = complete::<Fixed>(&model, &sample.scan, &Options::of(&model));
+            (sample, completion.unwrap_or_else(|error| panic!("{name}: {error}")))
+        };
+        Some(names.map(one).collect())
+    };
+    DONE.get_or_init(completed).as_deref()
+}
