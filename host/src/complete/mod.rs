@@ -35,7 +35,7 @@ use clutter::{APART, Clutter};
 use fitted::{Agreement, Fitted};
 use lacuna::completion::Settings;
 use lacuna::{Arithmetic, Model, Reach, Schedule};
-use measured::scan_surface;
+use measured::{Measured, scan_surface};
 use merge::{Limits, MEASURED, Merged};
 use noise::Noise;
 pub use prepared::prepare;
@@ -76,6 +76,8 @@ impl Options<'_> {
 pub struct Completion {
     /// The scan as it was used: without specks, and with less noise.
     pub scan: Mesh,
+    /// Its surface.
+    pub measured: Measured,
     /// Triangles (of a cloud, points) left out of it as specks.
     pub specks: usize,
     /// Its noise, where that was taken out.
@@ -175,7 +177,7 @@ pub fn complete_by(
             "the fitted distances have no zero level: the scan does not match the model",
         ));
     }
-    let unit = class_millimetre(model, &placed);
+    let unit = placed.class_millimetre(model);
     let limits = Limits { motion: MOTION * unit, sideways: measured.sideways, step: STEP * unit };
     let merged = merge::merge(&whole, &measured.surface, &limits);
     let clutter = Clutter::of(&scan, &merged.mesh, APART * unit);
@@ -187,6 +189,7 @@ pub fn complete_by(
     let verdict = judge(model, &start, (&fitted, &fit), &merged, (agreement, vague));
     Ok(Completion {
         scan,
+        measured,
         specks,
         noise,
         placed,
@@ -212,11 +215,6 @@ fn fitted<'m>(
     let fitted = Fitted::new(model, start, &fit);
     let surfaces = [&fitted.global, &fitted.local].map(|distances| distances.surface(&fitted.placed, 1));
     Ok((fit, fitted, surfaces))
-}
-
-/// One class millimetre in the scan's unit.
-fn class_millimetre(model: &Model<'_>, placed: &Placed) -> f64 {
-    f64::from(model.header().scales.millimetre) / f64::from(placed.pose.scale)
 }
 
 fn judge(
@@ -251,5 +249,5 @@ fn judge(
         spread: fitted.posterior.as_ref().and_then(spread),
         expected,
     }
-    .judged(class_millimetre(model, placed), unit::symbol(model.header().unit))
+    .judged(placed.class_millimetre(model), unit::symbol(model.header().unit))
 }

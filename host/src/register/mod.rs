@@ -128,6 +128,11 @@ impl Placed {
         1.0 / (f64::from(self.pose.scale) * f64::from(model.header().spacing))
     }
 
+    /// One class millimetre, in the scan's unit.
+    pub fn class_millimetre(&self, model: &Model<'_>) -> f64 {
+        f64::from(model.header().scales.millimetre) / f64::from(self.pose.scale)
+    }
+
     /// The same place for points around another centre.
     pub fn about(&self, centre: Point) -> Self {
         let translation = self.to_model(&centre).coords.map(|c| c as f32).into();

@@ -115,12 +115,14 @@ fn view() -> String {
 
 fn scene(completion: &Completion, model: &Model<'_>) -> Scene {
     let unit = unit::symbol(model.header().unit);
-    let millimetre = millimetre(completion, model);
+    let millimetre = completion.placed.class_millimetre(model);
     let ranges = RANGES.map(|range| rounded(range * millimetre));
     let turned = |mesh: &Mesh| picture::in_model(mesh, &completion.placed);
     let (scan, global) = (turned(&completion.scan), turned(&completion.global));
     let (local, merged) = (turned(&completion.local), turned(&completion.merged.mesh));
-    let to = |mesh: &Mesh, other: &Mesh| to_surface(mesh, other, ranges[2]);
+    let fitted = distance::Surface::new(&completion.local);
+    let to_fitted = |mesh: &Mesh| distances_to(fitted.as_ref(), mesh, ranges[2]);
+    let measured = |mesh: &Mesh| distances_to(Some(&completion.measured.surface), mesh, ranges[2]);
     let surface = |name, mesh, distance_to, distances| Surface {
         name,
         mesh,
@@ -131,9 +133,9 @@ fn scene(completion: &Completion, model: &Model<'_>) -> Scene {
     };
     let to_scan = "the scan";
     let surfaces = [
-        surface("scan", &scan, "the local fit", to(&completion.scan, &completion.local)),
-        surface("global fit", &global, to_scan, to(&completion.global, &completion.scan)),
-        surface("local fit", &local, to_scan, to(&completion.local, &completion.scan)),
+        surface("scan", &scan, "the local fit", to_fitted(&completion.scan)),
+        surface("global fit", &global, to_scan, measured(&completion.global)),
+        surface("local fit", &local, to_scan, measured(&completion.local)),
         Surface {
             labels: Some(&completion.merged.labels),
             errors: Some(&completion.expected.errors).filter(|e| !e.is_empty()).map(Vec::as_slice),
@@ -146,16 +148,10 @@ fn scene(completion: &Completion, model: &Model<'_>) -> Scene {
     Scene::new(unit, ranges, axes, &surfaces)
 }
 
-/// Distances of vertices to a mesh, or to the nearest point of a cloud's local fit: `limit` where it is farther.
-fn to_surface(mesh: &Mesh, other: &Mesh, limit: f64) -> Vec<f32> {
-    let Some(surface) = distance::Surface::new(other) else { return vec![limit as f32; mesh.points.len()] };
-    let distance = |p| surface.distance(p, limit).map_or(limit, |d| d.value.abs()) as f32;
-    mesh.points.par_iter().map(distance).collect()
-}
-
-/// One class millimetre in the scan's unit.
-fn millimetre(completion: &Completion, model: &Model<'_>) -> f64 {
-    f64::from(model.header().scales.millimetre) / f64::from(completion.placed.pose.scale)
+/// Distances of vertices to a surface: `limit` where it is farther, or is none.
+fn distances_to(surface: Option<&distance::Surface>, mesh: &Mesh, limit: f64) -> Vec<f32> {
+    let to = |p| surface.and_then(|surface| surface.distance(p, limit)).map_or(limit, |d| d.value.abs());
+    mesh.points.par_iter().map(|p| to(p) as f32).collect()
 }
 
 /// Two digits are enough for a scale.
@@ -227,7 +223,7 @@ fn expected(completion: &Completion, unit: &str) -> String {
 }
 
 fn distances(completion: &Completion, model: &Model<'_>, unit: &str) -> String {
-    let millimetre = millimetre(completion, model);
+    let millimetre = completion.placed.class_millimetre(model);
     let measure = |fitted| Distances::new(&completion.scan, fitted, COUNTED * millimetre);
     let (local, global) = (measure(&completion.local), measure(&completion.global));
     let row = |name: &str, of: &Distances| {

@@ -1,5 +1,7 @@
 //! Reports: what they say, and how they behave in a real browser.
 
+use lacuna_host::io;
+use lacuna_host::mesh::Mesh;
 use lacuna_tests::browser::Browser;
 use lacuna_tests::program::{files, json, lacuna, refuses, succeeds};
 use std::collections::BTreeSet;
@@ -48,6 +50,25 @@ fn a_report_says_everything_and_loads_nothing() {
     let before = text;
     json(folder.path(), &arguments);
     assert_eq!(std::fs::read_to_string(page(folder.path())).unwrap(), before);
+}
+
+/// A cloud has no triangles: its distances are to those that stand for its points.
+#[test]
+fn surfaces_are_coloured_by_their_distance_from_a_cloud_too() {
+    let folder = tempdir().unwrap();
+    let mesh = io::parse(io::Format::Ply, lacuna_fixtures::SCAN).unwrap();
+    let cloud = Mesh { normals: mesh.vertex_normals(), triangles: vec![], ..mesh };
+    io::write_ply(&folder.path().join("cloud.ply"), &io::PlyOut::new(&cloud)).unwrap();
+    succeeds(folder.path(), &["complete", "cloud.ply", "--no-picture", "--report", "reports"]);
+    let text = std::fs::read_to_string(page(folder.path())).unwrap();
+    // In the order of the surfaces: a byte a vertex, four characters for three of them.
+    let distances: Vec<&str> =
+        text.split("\"distances\":\"").skip(1).filter_map(|rest| rest.split('"').next()).collect();
+    assert_eq!(distances.len(), 4, "scan, global fit, local fit, completed");
+    for (surface, distances) in distances.iter().enumerate() {
+        let levels: BTreeSet<&[u8]> = distances.as_bytes().chunks(4).collect();
+        assert!(levels.len() > 100, "surface {surface} has the same distance everywhere");
+    }
 }
 
 #[test]
