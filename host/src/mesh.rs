@@ -1,5 +1,7 @@
 //! Triangle meshes and point clouds as they come from files and go into them.
 
+use nalgebra::Similarity3;
+
 /// A point in space; the unit is the file's, millimetres unless said otherwise.
 pub type Point = nalgebra::Point3<f64>;
 /// A direction or a difference of points.
@@ -14,6 +16,12 @@ pub struct Mesh {
     pub normals: Vec<Vector>,
     /// Corner indices into `points`, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
+}
+
+/// Smallest and largest coordinates; `None` of no point.
+pub fn bounds(mut points: impl Iterator<Item = Point>) -> Option<(Point, Point)> {
+    let first = points.next()?;
+    Some(points.fold((first, first), |(low, high), p| (low.inf(&p), high.sup(&p))))
 }
 
 impl Mesh {
@@ -46,8 +54,17 @@ impl Mesh {
 
     /// Smallest and largest coordinates over all vertices; `None` for an empty mesh.
     pub fn bounds(&self) -> Option<(Point, Point)> {
-        let first = *self.points.first()?;
-        Some(self.points.iter().fold((first, first), |(low, high), p| (low.inf(p), high.sup(p))))
+        bounds(self.points.iter().copied())
+    }
+
+    /// The mesh somewhere else.
+    #[must_use]
+    pub fn moved(&self, motion: &Similarity3<f64>) -> Self {
+        Self {
+            points: self.points.iter().map(|p| motion * p).collect(),
+            normals: self.normals.iter().map(|n| motion.isometry.rotation * n).collect(),
+            triangles: self.triangles.clone(),
+        }
     }
 
     /// Appends another mesh, which shares no vertex with this one; normals are in both or in neither.

@@ -4,7 +4,7 @@
 //! which also averages the scanner's noise.
 
 use crate::cubes::{self, Cube, cube};
-use crate::mesh::{Mesh, Point, Vector};
+use crate::mesh::{Mesh, Point, Vector, bounds};
 use lacuna::cloud::{Bytes, Packed, pack, step_for};
 use lacuna::curve::sort_along_curve;
 use lacuna::{Cloud, Pose};
@@ -32,11 +32,10 @@ impl OrientedPoints {
     /// The points in the order of a Morton curve: neighbours in the list are neighbours in space.
     #[must_use]
     pub fn along_curve(&self) -> Self {
-        let low = self.points.iter().fold(Vector::repeat(f64::MAX), |low, p| low.inf(&p.coords));
-        let high = self.points.iter().fold(Vector::repeat(f64::MIN), |high, p| high.sup(&p.coords));
+        let Some((low, high)) = bounds(self.points.iter().copied()) else { return self.clone() };
         // The curve's cells are 64 wide.
         let cell = ((high - low).max() / 1024.0).max(f64::MIN_POSITIVE);
-        let place = |p: &Point| ((p.coords - low) / cell).map(|c| (c as u16).min(1023) * 64).into();
+        let place = |p: &Point| ((p - low) / cell).map(|c| (c as u16).min(1023) * 64).into();
         let places: Vec<[u16; 3]> = self.points.iter().map(place).collect();
         let mut order: Vec<usize> = (0..places.len()).collect();
         sort_along_curve(&mut order, &|&i| places[i]);
@@ -124,7 +123,7 @@ fn clusters(mesh: &Mesh, cell: f64, keep: impl Fn(&Point) -> bool) -> Vec<(Cube,
         }
         let key = cube(&Point::from(position), cell);
         let start = Cluster { position: Vector::zeros(), normal: Vector::zeros(), area: 0.0 };
-        let cluster = clusters.entry((key, facing(&normal))).or_insert(start);
+        let cluster = clusters.entry((key, main_axis(&normal))).or_insert(start);
         cluster.position += position * area;
         cluster.normal += normal * area;
         cluster.area += area;
@@ -141,7 +140,7 @@ fn clusters(mesh: &Mesh, cell: f64, keep: impl Fn(&Point) -> bool) -> Vec<(Cube,
 }
 
 /// One of six directions, so that two sides of a thin part do not cancel.
-pub fn facing(normal: &Vector) -> u8 {
+pub fn main_axis(normal: &Vector) -> u8 {
     let axis = normal.iamax();
     2 * axis as u8 + u8::from(normal[axis] < 0.0)
 }

@@ -1,6 +1,6 @@
 //! A scan that does not fit: would it, turned inside out or mirrored? Asked only after a bad fit, and only told.
 
-use crate::complete::verdict::is_of_the_class;
+use crate::complete::verdict::{DOUBTFUL, is_of_the_class};
 use crate::mesh::Mesh;
 use crate::register::{self, Registration, rank::SIZES};
 use lacuna::Model;
@@ -15,9 +15,6 @@ pub enum Alternative {
     /// The mirror image of its coordinates, with the winding as it is: an axis was reversed in the export.
     Reversed,
 }
-
-/// A pose that explains less of a scan than this is doubted, and alternatives are looked at.
-const DOUBTFUL: f64 = 0.5;
 
 /// An alternative must explain this share of the scan, and so much more than the scan itself does.
 const CONVINCING: [f64; 2] = [0.6, 0.25];
@@ -67,7 +64,7 @@ pub fn advice_on(model: &Model<'_>, scan: &Mesh, seed: u64, found: &Registration
 /// and walls aside, and `size` times as large as the class. As a sentence; none if nothing would, or if it fits.
 pub fn advice(model: &Model<'_>, scan: &Mesh, seed: u64, (explained, size): (f64, f64)) -> Option<String> {
     let before = in_a_possible_size(explained, size);
-    if before >= DOUBTFUL {
+    if before >= DOUBTFUL[0] {
         return None;
     }
     [Alternative::Flipped, Alternative::Mirrored, Alternative::Reversed].into_iter().find_map(|alternative| {

@@ -8,7 +8,7 @@ const INWARDS: f64 = -0.3;
 
 /// A sentence about a mesh that seems to be inside out.
 pub(super) fn advice(mesh: &Mesh) -> Option<String> {
-    (facing(mesh)? < INWARDS).then(|| {
+    (outwardness(mesh)? < INWARDS).then(|| {
         "it seems to face inwards: if it is not the inside of something hollow, turn its triangles round"
             .into()
     })
@@ -16,7 +16,7 @@ pub(super) fn advice(mesh: &Mesh) -> Option<String> {
 
 /// How far triangles face away from the middle of their mesh, from -1 to 1: the mean of the cosines between the normals
 /// and the directions away from the area's centroid, weighted with area and distance. None for a mesh without area.
-pub fn facing(mesh: &Mesh) -> Option<f64> {
+pub fn outwardness(mesh: &Mesh) -> Option<f64> {
     let parts: Vec<(Point, Vector)> = (0..mesh.triangles.len()).map(|t| part(mesh.corners(t))).collect();
     let area: f64 = parts.iter().map(|(_, normal)| normal.norm()).sum();
     let sum: Vector = parts.iter().map(|(centre, normal)| centre.coords * normal.norm()).sum();

@@ -4,6 +4,7 @@ use super::{Checked, Flat, Refused, counted, size};
 use crate::correspondence;
 use crate::io::Loaded;
 use crate::mesh::Mesh;
+use crate::quantile::median;
 use lacuna::format::Unit;
 
 /// Sizes farther than this factor from the median are not of one class in one unit.
@@ -57,9 +58,9 @@ pub fn target(target: Loaded, shapes: &[Mesh], unit: Unit) -> Checked {
     if checked.is_refused() {
         return checked;
     }
-    let mut lengths: Vec<f64> = shapes.iter().map(size::of_mesh).collect();
-    lengths.sort_by(f64::total_cmp);
-    if let Some(text) = misfit(size::of_mesh(&checked.mesh), lengths[lengths.len() / 2], unit) {
+    let lengths = shapes.iter().map(size::of_mesh).collect();
+    let usual = median(lengths).unwrap_or_else(|| size::of_mesh(&checked.mesh));
+    if let Some(text) = misfit(size::of_mesh(&checked.mesh), usual, unit) {
         checked.refused(text);
     } else if shapes.contains(&checked.mesh) {
         checked.note(
@@ -99,11 +100,11 @@ fn too_few(different: usize, copies: usize) -> String {
 
 /// Finds a shape whose size is not that of the others.
 fn sizes(shapes: &[(usize, Mesh)], unit: Unit) -> Result<(), (usize, String)> {
-    let mut sorted: Vec<f64> = shapes.iter().map(|(_, mesh)| size::of_mesh(mesh)).collect();
-    sorted.sort_by(f64::total_cmp);
-    let median = sorted[sorted.len() / 2];
+    let Some(usual) = median(shapes.iter().map(|(_, mesh)| size::of_mesh(mesh)).collect()) else {
+        return Ok(());
+    };
     for (number, mesh) in shapes {
-        if let Some(text) = misfit(size::of_mesh(mesh), median, unit) {
+        if let Some(text) = misfit(size::of_mesh(mesh), usual, unit) {
             return Err((*number, text));
         }
     }

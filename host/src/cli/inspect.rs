@@ -9,7 +9,7 @@ use crate::sentence::sentence;
 use crate::unit::{digits, four_digits};
 use crate::{io, modes, unit};
 use lacuna::columns::Column;
-use lacuna::format::{Calibration, Header, Jitter, Symmetry};
+use lacuna::format::{Calibration, Header, Jitter, MAX_MODES, Symmetry};
 use lacuna::pose_fit::{columns_len, sums_len};
 use lacuna::{Fixed, Model, Schedule, Sizes};
 use std::path::PathBuf;
@@ -23,7 +23,7 @@ pub struct Inspect {
     #[arg(long, value_name = "PNG")]
     modes: Option<PathBuf>,
     /// How many modes to draw
-    #[arg(long, default_value_t = 4, value_name = "N", requires = "modes", value_parser = clap::value_parser!(u8).range(1..=127))]
+    #[arg(long, default_value_t = 4, value_name = "N", requires = "modes", value_parser = clap::value_parser!(u8).range(1..=i64::from(MAX_MODES)))]
     first: u8,
     /// Also write the sizes of a fit's buffers as constants for the statics of a firmware
     #[arg(long, value_name = "FILE")]

@@ -12,7 +12,7 @@ use crate::train::calibration::{Trained, train_calibrated};
 use crate::train::held_out::HeldOut;
 use crate::train::{Footprint, Limits, Settings, leave_one_out};
 use crate::unit;
-use lacuna::format::Unit;
+use lacuna::format::{MAX_MODES, Unit};
 use std::path::{Path, PathBuf};
 
 /// Train a shape model on meshes of one class.
@@ -28,7 +28,7 @@ pub struct Train {
     #[arg(long, value_parser = positive)]
     spacing: Option<f64>,
     /// Most modes to keep [default: one less than the shapes]
-    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=127))]
+    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=i64::from(MAX_MODES)))]
     modes: Option<u8>,
     /// Largest model file: bytes, or with K, M or G; unless they are given, spacing and modes are chosen for it
     #[arg(long, value_name = "BYTES", value_parser = io::limit::parse)]

@@ -86,9 +86,8 @@ impl DepthImage {
     /// # Errors
     /// A mesh without an extent.
     pub fn placed(&self, scan: &Mesh, hint: &Placed) -> Result<(Placed, DepthScan), lacuna::Error> {
-        let low = scan.points.iter().fold(Vector::repeat(f64::MAX), |low, p| low.inf(&p.coords));
-        let high = scan.points.iter().fold(Vector::repeat(f64::MIN), |high, p| high.sup(&p.coords));
-        let (centre, extent) = (Point::from((low + high) / 2.0), (high - low).amax() / 2.0);
+        let (low, high) = scan.bounds().unwrap_or_default();
+        let (centre, extent) = (nalgebra::center(&low, &high), (high - low).amax() / 2.0);
         let (step, cell) = (step_for(extent as f32), CELL / f64::from(hint.pose.scale));
         Ok((hint.about(centre), self.packed(&centre, step, cell)?))
     }

@@ -14,6 +14,7 @@ use crate::uncertainty::hidden;
 use crate::uncertainty::posterior::Posterior;
 use lacuna::corners::Weights;
 use lacuna::cube::Cube;
+use lacuna::pose_row::steepness;
 use lacuna::{Model, Standing};
 
 /// How far from the scan its own distances are looked up, voxels.
@@ -86,7 +87,7 @@ impl<'m> Fitted<'m> {
         for point in &self.points.points {
             if let Some((d, gradient)) = self.local.at(&centred.to_model(point)) {
                 near += 1;
-                let r = d / gradient.norm().max(0.3);
+                let r = d / f64::from(steepness(gradient.map(|c| c as f32).into()));
                 if r.abs() <= reach {
                     inliers += 1;
                     squares += r * r;

@@ -62,7 +62,7 @@ fn drawn(completion: &Completion, titles: [&str; 5], width: usize, height: usize
 pub(crate) fn directions(mesh: &Mesh, labels: &[u8]) -> (Vector, Vector) {
     let [shortest, middle, longest] = by_extent(mesh);
     let slender = longest.1 > SLENDER * middle.1;
-    let front = facing(mesh).unwrap_or_else(|| {
+    let front = view_direction(mesh).unwrap_or_else(|| {
         let side = Vector::ith(if slender && longest.0 == 2 { shortest.0 } else { 2 }, 1.0);
         if lean(mesh, labels, true, &side) < 0.0 { -side } else { side }
     });
@@ -90,7 +90,7 @@ pub(crate) fn in_model(mesh: &Mesh, placed: &Placed) -> Mesh {
 }
 
 /// Where the surface faces on the whole; nowhere if it is closed.
-fn facing(mesh: &Mesh) -> Option<Vector> {
+fn view_direction(mesh: &Mesh) -> Option<Vector> {
     let (mut sum, mut total) = (Vector::zeros(), 0.0);
     for t in 0..mesh.triangles.len() {
         let [a, b, c] = mesh.corners(t);

@@ -129,7 +129,7 @@ pub fn weight_norm(weights: impl ExactSizeIterator<Item = f64>) -> f64 {
 
 /// Below these shares of a scan without tables and walls clutter or another kind of object is most of it; the latter. A raw
 /// photogrammetry scan with hair and shoulders 0.33, half a head with shoulders 0.26 to 0.36; a femur 0.17, a sphere 0.1.
-const DOUBTFUL: [f64; 2] = [0.5, 0.2];
+pub const DOUBTFUL: [f64; 2] = [0.5, 0.2];
 
 /// What it means that a pose explains so little of a scan; none where that is enough.
 fn doubtful(found: &Registration) -> Option<(Grade, String)> {

@@ -6,6 +6,7 @@
 use crate::fit::{dense, fit as core_fit};
 use crate::points::OrientedPoints;
 use crate::reference::{Hull, Model as Reference, global, local, paper};
+use crate::train::grid::usual_stride;
 use crate::verify::{decode, settings};
 use lacuna::{Error, Fixed, Model, Pass, Pose, Reach, Schedule, completion, schedule};
 use serde::Serialize;
@@ -162,7 +163,7 @@ fn printed(model: &Model<'_>, method: &Method) -> paper::Settings {
 fn passes(model: &Model<'_>, method: &Method) -> Vec<Pass<'static>> {
     let millimetre = model.header().scales.millimetre;
     let stride = f32::from(model.header().stride);
-    let usual = (10.0 * millimetre).round().clamp(1.0, 4.0);
+    let usual = f32::from(usual_stride(f64::from(millimetre)));
     let nodes = |voxels: f32| ((voxels / stride - 1.0) / 2.0).round().max(0.0) as u8;
     let least = method.kernel.map_or(0, |kernel| nodes(kernel as f32 * millimetre));
     let pass = |pass: &Pass<'static>| {

@@ -4,6 +4,7 @@ use super::field::Field;
 use super::rank::Scored;
 use super::search::Candidate;
 use crate::mesh::Point;
+use crate::picks::evenly;
 use crate::points::OrientedPoints;
 use lacuna::corners::Weights;
 use lacuna::cube::Cube;
@@ -34,7 +35,7 @@ pub fn refined(
     let from = |candidate: &Candidate| {
         let pose = to_pose(&candidate.pose);
         let near = near(field, points, &pose);
-        let chosen = (0..FEW.min(near.len())).map(|i| near[i * near.len() / FEW.min(near.len())]);
+        let chosen = evenly(near.len(), FEW).map(|i| near[i]);
         joint(model, points, (near.len(), chosen.collect()), pose, &ROUNDS[1..]).ok()
     };
     candidates.par_iter().filter_map(from).collect()

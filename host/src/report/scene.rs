@@ -117,7 +117,7 @@ fn thin(places: &[[u16; 3]], triangles: &[[u32; 3]]) -> Thin {
     let mut bits = 5;
     while result.triangles.len() > MOST || (triangles.is_empty() && result.kept.len() > MOST) {
         bits += 1;
-        result = clustered(places, triangles, bits);
+        result = joined(places, triangles, bits);
         if bits == 16 {
             break;
         }
@@ -125,7 +125,8 @@ fn thin(places: &[[u16; 3]], triangles: &[[u32; 3]]) -> Thin {
     result
 }
 
-fn clustered(places: &[[u16; 3]], triangles: &[[u32; 3]], bits: u32) -> Thin {
+/// The first vertex of each cube of 2^`bits` steps stands for all of them.
+fn joined(places: &[[u16; 3]], triangles: &[[u32; 3]], bits: u32) -> Thin {
     let mut cubes: FxHashMap<[u16; 3], u32> = FxHashMap::default();
     let mut kept = Vec::new();
     let cube = |place: &[u16; 3]| place.map(|c| c.checked_shr(bits).unwrap_or(0));
@@ -138,8 +139,8 @@ fn clustered(places: &[[u16; 3]], triangles: &[[u32; 3]], bits: u32) -> Thin {
             })
         })
         .collect();
-    let joined = triangles.iter().map(|t| t.map(|v| numbers[v as usize]));
-    Thin { kept, triangles: joined.filter(|[a, b, c]| a != b && b != c && c != a).collect() }
+    let moved = triangles.iter().map(|t| t.map(|v| numbers[v as usize]));
+    Thin { kept, triangles: moved.filter(|[a, b, c]| a != b && b != c && c != a).collect() }
 }
 
 /// Corners as differences to the one before; neighbours in the list are neighbours in number.

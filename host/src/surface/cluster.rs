@@ -3,7 +3,7 @@
 
 use crate::cubes::{Cube, cube};
 use crate::mesh::{Mesh, Point, Vector};
-use crate::points::facing;
+use crate::points::main_axis;
 use crate::surface::keep_triangles;
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -57,7 +57,7 @@ struct Sides([(Vector, f64); 6]);
 
 impl Sides {
     fn add(&mut self, normal: &Vector) {
-        let (sum, count) = &mut self.0[usize::from(facing(normal))];
+        let (sum, count) = &mut self.0[usize::from(main_axis(normal))];
         (*sum, *count) = (*sum + normal, *count + 1.0);
     }
 

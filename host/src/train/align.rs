@@ -7,7 +7,7 @@
 
 use super::generalised::{Shape, towards_mean};
 use super::jitter::{jitter, keep_frame};
-use crate::check::inwards::facing;
+use crate::check::inwards::outwardness;
 use crate::distance::Surface;
 use crate::mesh::{Mesh, Point};
 use crate::points::{OrientedPoints, thin};
@@ -174,7 +174,7 @@ fn inside_out<T>(
     let alike = 1 + found.iter().filter(|result| result.is_ok()).count();
     let first = match turned.len().cmp(&alike) {
         Ordering::Less => false,
-        Ordering::Equal => facing(&shapes[0]) < facing(&shapes[odd]),
+        Ordering::Equal => outwardness(&shapes[0]) < outwardness(&shapes[odd]),
         Ordering::Greater => true,
     };
     Some(if first { 0 } else { odd })
@@ -190,7 +190,7 @@ fn moved(
     way: impl FnOnce(Option<Jitter>) -> Way,
 ) -> Aligned {
     let way = way(jitter(shapes, &motions));
-    let moved = shapes.iter().zip(&motions).map(|(mesh, motion)| transformed(mesh, motion)).collect();
+    let moved = shapes.iter().zip(&motions).map(|(mesh, motion)| mesh.moved(motion)).collect();
     Aligned { shapes: moved, motions, way }
 }
 
@@ -256,14 +256,6 @@ fn prepared((mesh, side): (&Mesh, &Side)) -> Shape {
     let (field, scale, shift) = Field::of_surface(&side.surface, low, high, mesh.area());
     let to_field = Similarity3::from_parts(Translation3::from(shift), UnitQuaternion::identity(), scale);
     Shape { field, to_field, points: side.points.clone() }
-}
-
-fn transformed(mesh: &Mesh, motion: &Similarity3<f64>) -> Mesh {
-    Mesh {
-        points: mesh.points.iter().map(|p| motion * p).collect(),
-        normals: mesh.normals.iter().map(|n| motion.isometry.rotation * n).collect(),
-        triangles: mesh.triangles.clone(),
-    }
 }
 
 #[cfg(test)]

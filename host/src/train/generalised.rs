@@ -6,7 +6,7 @@
 //! explains of a smooth deformation, see [`super::deform`]. The mean scale of all shapes stays one.
 
 use super::deform::drawn;
-use crate::mesh::{Point, Vector};
+use crate::mesh::{Point, Vector, bounds};
 use crate::points::OrientedPoints;
 use crate::raster;
 use crate::register::field::Field;
@@ -85,9 +85,8 @@ struct Way(Similarity3<f64>, f32);
 
 /// The mean shape, and the transform from the common frame to its voxels.
 fn mean(shapes: &[Shape], motions: &[Similarity3<f64>]) -> (Field, Similarity3<f64>) {
-    let moved = || shapes.iter().zip(motions).flat_map(|(s, m)| s.points.points.iter().map(move |p| m * p));
-    let low = moved().fold(Point::from(Vector::repeat(f64::MAX)), |low, p| low.inf(&p));
-    let high = moved().fold(Point::from(Vector::repeat(f64::MIN)), |high, p| high.sup(&p));
+    let moved = shapes.iter().zip(motions).flat_map(|(s, m)| s.points.points.iter().map(move |p| m * p));
+    let (low, high) = bounds(moved).unwrap_or_default();
     let spacing = (high - low).max() / NODES;
     let origin = low - Vector::repeat(3.0 * spacing);
     let sides: [usize; 3] = (high - low).map(|length| (length / spacing).ceil() as usize + 7).into();

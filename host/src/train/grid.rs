@@ -31,12 +31,17 @@ const PER_WHOLE: u64 = 8 + 8 + 8;
 /// Bytes of a voxel of the whole grid while a line of sight volume is made.
 const PER_SIGHT: u64 = 24;
 
-/// Voxel edge, and voxels of a brick's edge, of a class.
+/// Voxels from node to node where a class millimetre is so many voxels: about ten class millimetres.
+pub fn usual_stride(millimetre: f64) -> u8 {
+    (10.0 * millimetre).round().clamp(1.0, 4.0) as u8
+}
+
+/// Voxel edge of a class, voxels from node to node, and voxels of a brick's edge.
 pub(super) fn voxel(shapes: &[Mesh], settings: &Settings) -> (f64, u8, usize) {
     let millimetre = class_millimetre(shapes);
     let (low, high) = bounds(shapes);
     let spacing = settings.spacing.unwrap_or_else(|| usual_spacing(millimetre, (high - low).max()));
-    let stride = settings.stride.unwrap_or(((10.0 * millimetre / spacing).round() as u8).clamp(1, 4));
+    let stride = settings.stride.unwrap_or_else(|| usual_stride(millimetre / spacing));
     (spacing, stride, if stride == 3 { 6 } else { 8 })
 }
 

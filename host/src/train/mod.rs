@@ -28,7 +28,7 @@ pub use error::Error;
 pub use footprint::{Footprint, Limits};
 pub use settings::{Distances, Settings};
 
-use crate::mesh::{Mesh, Point, Vector};
+use crate::mesh::{self, Mesh, Point};
 use plan::Plan;
 
 /// Root of the surface of a shape, class millimetres.
@@ -55,6 +55,5 @@ pub fn train(
 
 /// Bounds of all shapes.
 fn bounds(shapes: &[Mesh]) -> (Point, Point) {
-    let start = (Point::from(Vector::repeat(f64::MAX)), Point::from(Vector::repeat(f64::MIN)));
-    shapes.iter().filter_map(Mesh::bounds).fold(start, |(l, h), (low, high)| (l.inf(&low), h.sup(&high)))
+    mesh::bounds(shapes.iter().flat_map(|shape| shape.points.iter().copied())).unwrap_or_default()
 }

@@ -4,11 +4,9 @@ use super::grid::Budget;
 use super::volume::{Lattice, Volume};
 use super::{Distances, Error, Plan, Settings, pca};
 use crate::mesh::Mesh;
+use lacuna::format::MAX_MODES;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
-
-/// Most modes a file can hold.
-const MOST_MODES: usize = 127;
 
 /// Training shapes with their distances on one grid.
 pub struct Prepared {
@@ -102,7 +100,10 @@ impl Prepared {
         let spacing = self.plan.lattice.spacing as f32;
         let column = |v: &&Volume| band.iter().map(|&i| v.distances[i] / spacing).collect();
         let columns: Vec<Vec<f32>> = volumes.iter().map(column).collect();
-        let pca = pca::pca(&columns, self.settings.modes.map_or(MOST_MODES, |modes| modes.min(MOST_MODES)));
+        let pca = pca::pca(
+            &columns,
+            self.settings.modes.map_or(usize::from(MAX_MODES), |modes| modes.min(usize::from(MAX_MODES))),
+        );
         if pca.modes.is_empty() {
             return Err(Error::NoVariation);
         }

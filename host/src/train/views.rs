@@ -25,7 +25,7 @@ pub struct Partial {
 pub fn partial(shape: &Mesh, kind: Kind, seed: u64) -> Partial {
     let mut random = Random::new(seed, 77);
     let to_scanner = turn(shape, &mut random);
-    let turned = transformed(shape, &to_scanner);
+    let turned = Mesh { normals: vec![], ..shape.moved(&to_scanner) };
     let settings = ScannerSettings::small();
     let made = scan(&turned, kind, &settings, seed);
     let back = to_scanner.inverse().to_homogeneous()
@@ -60,9 +60,4 @@ fn shown(shape: &Mesh, direction: &Vector) -> f64 {
         if cross.dot(direction) > STEEPEST * cross.norm() { cross.norm() } else { 0.0 }
     };
     (0..shape.triangles.len()).map(facing).sum()
-}
-
-fn transformed(mesh: &Mesh, motion: &Similarity3<f64>) -> Mesh {
-    let points = mesh.points.iter().map(|p| motion * p).collect();
-    Mesh { points, normals: vec![], triangles: mesh.triangles.clone() }
 }

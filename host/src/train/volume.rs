@@ -74,10 +74,10 @@ pub fn sample(surface: &Surface, lattice: &Lattice, places: &[u32]) -> Volume {
         let p = lattice.point(lattice.voxel(place as usize));
         let bound = last.map_or(f64::INFINITY, |(q, d)| (d.abs() + (p - q).norm()) * 1.000_001 + 1e-9);
         let found = surface.distance(&p, bound).or_else(|| surface.distance(&p, f64::INFINITY));
-        let Some(found) = found else { continue };
-        volume.distances.push(extended(&p, &found) as f32);
-        volume.border.push(found.on_border);
-        last = Some((p, found.value));
+        // Every surface has a closest point; one that had none would be infinitely far away.
+        volume.distances.push(found.as_ref().map_or(f32::INFINITY, |found| extended(&p, found) as f32));
+        volume.border.push(found.as_ref().is_none_or(|found| found.on_border));
+        last = found.map(|found| (p, found.value)).or(last);
     }
     volume
 }

@@ -2,8 +2,8 @@
 
 use super::Results;
 use crate::fit::Digests;
+use crate::unit;
 use lacuna::Model;
-use lacuna::format::Unit;
 use serde::Serialize;
 use std::fmt;
 
@@ -99,13 +99,8 @@ pub(super) struct Scale {
 
 impl Scale {
     pub fn of(model: &Model<'_>) -> Self {
-        let unit_mm = match model.header().unit {
-            Unit::Millimetre => 1.0,
-            Unit::Metre => 1000.0,
-            Unit::Inch => 25.4,
-            Unit::Micrometre => 0.001,
-        };
-        Self { voxel_mm: f64::from(model.header().spacing) * unit_mm }
+        let header = model.header();
+        Self { voxel_mm: f64::from(header.spacing) * unit::millimetres(header.unit) }
     }
 
     /// All stages of two rungs.

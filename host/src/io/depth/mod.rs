@@ -168,10 +168,7 @@ fn load_view(folder: &Path, description: &Description, view: &View) -> Result<De
 pub fn merge(views: &[DepthView]) -> Result<Loaded, Fault> {
     let mut all = Mesh::default();
     for view in views {
-        let sheet = view.mesh(view.jump_mm());
-        let offset = all.points.len() as u32;
-        all.points.extend(sheet.points);
-        all.triangles.extend(sheet.triangles.iter().map(|corners| corners.map(|v| v + offset)));
+        all.append(&view.mesh(view.jump_mm()));
     }
     if all.triangles.is_empty() {
         let what = "no three neighbouring pixels are measured; check the depth images and depth_unit_mm";
