@@ -1,6 +1,6 @@
 //! Pictures of what a model has learnt: its first modes from -3 to +3 standard deviations around the mean.
 
-use crate::complete::dense::Dense;
+use crate::complete::extrapolate::extrapolated;
 use crate::complete::picture::directions;
 use crate::mesh::{Mesh, Point};
 use crate::register::Placed;
@@ -46,7 +46,7 @@ fn instance(model: &Model<'_>, mode: usize, sigmas: f32) -> Mesh {
         }
     }
     let still = Placed { centre: Point::origin(), pose: Pose::IDENTITY };
-    Dense::new(model, &distances).surface(&still, 1)
+    extrapolated(model, &distances).surface(&still, 1)
 }
 
 #[cfg(test)]

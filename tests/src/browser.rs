@@ -1,5 +1,6 @@
 //! A headless Chromium, driven over its own protocol (CDP) through one web socket.
 
+use crate::required::lacks;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
@@ -53,9 +54,7 @@ impl Browser {
             command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().ok()
         };
         let Some(process) = NAMES.iter().find_map(start) else {
-            let required = std::env::var_os("LACUNA_REQUIRE_BROWSER").is_some_and(|value| value == "1");
-            assert!(!required, "LACUNA_REQUIRE_BROWSER=1 and there is no Chromium");
-            println!("SKIPPED: no Chromium on this machine, the report was not opened in a browser");
+            lacks("BROWSER", "there is no Chromium to open reports in");
             return None;
         };
         let socket = connect(profile.path());

@@ -1,5 +1,6 @@
 //! Builds the firmware and runs it in QEMU, where the tools for that are there.
 
+use crate::required::lacks;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -53,18 +54,17 @@ fn has_qemu(name: &str) -> bool {
 /// Why a machine cannot be tried here; `None` where it can.
 ///
 /// # Panics
-/// Where `LACUNA_REQUIRE_TARGETS` is set and something is missing.
+/// Where `LACUNA_REQUIRE_TARGETS=1` and something is missing.
 pub fn missing(machine: &str, triple: &str) -> Option<String> {
     let qemu = if machine == "riscv" { "qemu-system-riscv32" } else { "qemu-system-arm" };
     let reason = match (toolchain(triple), has_qemu(qemu)) {
         (None, _) => {
-            format!("NOT TESTED on {machine}: no Rust toolchain has {triple} (rustup target add {triple})")
+            format!("no Rust toolchain has {triple} for {machine} (rustup target add {triple})")
         }
-        (_, false) => format!("NOT TESTED on {machine}: {qemu} is not there"),
+        (_, false) => format!("{qemu} is not there for {machine}"),
         _ => return None,
     };
-    assert!(std::env::var_os("LACUNA_REQUIRE_TARGETS").is_none(), "{reason}");
-    println!("{reason}");
+    lacks("TARGETS", &reason);
     Some(reason)
 }
 

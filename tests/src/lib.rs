@@ -12,6 +12,7 @@ pub mod nasty;
 pub mod nine;
 pub mod program;
 pub mod registration;
+pub mod required;
 pub mod rubbish;
 pub mod sample;
 pub mod seam;
@@ -67,12 +68,15 @@ pub fn degrees_between(a: &[[f64; 4]; 4], b: &[[f64; 4]; 4]) -> f64 {
 }
 
 /// A file or folder of the real data beside the workspace; `None`, and a line that says so, without it.
+///
+/// # Panics
+/// Without it where `LACUNA_REQUIRE_DATA=1`.
 pub fn real_data(path: &str) -> Option<PathBuf> {
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
     let found = root.join(path);
     if found.exists() {
         return Some(found);
     }
-    println!("skipped: no real data at ../shared/data/{path}");
+    required::lacks("DATA", &format!("there is no real data at ../shared/data/{path}"));
     None
 }

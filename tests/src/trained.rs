@@ -24,7 +24,7 @@ pub fn thirty_faces_bytes() -> Option<&'static [u8]> {
         let read = |i: usize| io::read(&faces.join(format!("train_{i:03}.ply"))).expect("a mesh");
         let shapes: Vec<Mesh> = (0..30).map(read).collect();
         let aligned = align(&shapes, Align::Auto, 1, &|_, _| ()).expect("faces in one pose");
-        let settings = Settings { spacing: Some(3.3), jitter: aligned.way.jitter(), ..Settings::default() };
+        let settings = Settings { spacing: Some(3.3), apart: aligned.way.apart(), ..Settings::default() };
         Some(train(&aligned.shapes, &settings, &|_, _| ()).expect("a model"))
     };
     BYTES.get_or_init(made).as_deref()

@@ -6,10 +6,11 @@ use super::trained::expected_error;
 use super::{Common, Failure, inputs, say};
 use crate::quantile::quantile;
 use crate::sentence::sentence;
+use crate::train::jitter::Apart;
 use crate::unit::{digits, four_digits};
 use crate::{io, modes, unit};
 use lacuna::columns::Column;
-use lacuna::format::{Calibration, Header, Jitter, MAX_MODES, Symmetry};
+use lacuna::format::{Calibration, Header, MAX_MODES, Symmetry};
 use lacuna::pose_fit::{columns_len, sums_len};
 use lacuna::{Fixed, Model, Schedule, Sizes};
 use std::path::PathBuf;
@@ -148,9 +149,7 @@ fn report<'a>(model: &'a Model<'_>, bytes: usize) -> Result<Report<'a>, Failure>
         node_distance: f32::from(h.stride) * h.spacing,
         active_nodes: sizes.weights / modes.max(1),
         symmetry: model.symmetry().map(|plane| in_frame(plane, h)),
-        jitter: model
-            .jitter()
-            .map(|&jitter| Scatter::from(Jitter { shift: jitter.shift * h.spacing, ..jitter })),
+        jitter: model.jitter().map(|jitter| Scatter::from(Apart::of(jitter, h.spacing))),
         hull_front: h.scales.front * h.spacing,
         hull_behind: h.scales.behind * h.spacing,
         deviations: (0..modes).map(|k| model.deviation(k) * h.spacing).collect(),

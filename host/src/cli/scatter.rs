@@ -1,7 +1,7 @@
 //! How far training shapes lay apart, as `train` and `inspect` say it.
 
+use crate::train::jitter::Apart;
 use crate::unit::digits;
-use lacuna::format::Jitter;
 
 /// Root mean square motion of shapes to their common pose, as people say it.
 #[derive(Clone, Copy, serde::Serialize)]
@@ -14,9 +14,9 @@ pub(super) struct Scatter {
     pub growth: f32,
 }
 
-impl From<Jitter> for Scatter {
-    fn from(jitter: Jitter) -> Self {
-        Self { turn: jitter.turn.to_degrees(), shift: jitter.shift, growth: 100.0 * jitter.growth }
+impl From<Apart> for Scatter {
+    fn from(apart: Apart) -> Self {
+        Self { turn: apart.turn.to_degrees(), shift: apart.shift, growth: 100.0 * apart.growth }
     }
 }
 

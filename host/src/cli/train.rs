@@ -133,7 +133,7 @@ impl Train {
         if !matches!(aligned.way, Way::Drawn(_)) {
             notes.extend(shapes::strangers(&aligned.shapes, &paths)?);
         }
-        let settings = Settings { jitter: aligned.way.jitter(), ..settings };
+        let settings = Settings { apart: aligned.way.apart(), ..settings };
         let trained = self.train(&aligned.shapes, &settings).map_err(|error| match error {
             crate::train::Error::NoSurface(n) => named(n, error.to_string()),
             other => other.into(),

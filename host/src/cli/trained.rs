@@ -69,7 +69,7 @@ impl Report {
             class: header.class.into(),
             shapes: header.shapes as usize,
             aligned: made.way == Way::Searched,
-            jitter: made.way.jitter().map(Scatter::from),
+            jitter: made.way.apart().map(Scatter::from),
             modes: model.modes(),
             voxels: model.voxels(),
             spacing: header.spacing,

@@ -1,4 +1,5 @@
-//! A dense volume of fitted distances.
+//! A dense volume of fitted distances: made by [`extrapolated`](super::extrapolate::extrapolated), a surface by
+//! [`zero_level`](super::zero_level).
 
 use crate::distance::Surface;
 use crate::mesh::{Point, Vector};

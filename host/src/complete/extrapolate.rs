@@ -15,38 +15,36 @@ const BEYOND: usize = 2;
 /// Largest difference between far field and mean, voxels, where the far field is relied on.
 const FAITHFUL: f32 = 0.35;
 
-impl Dense {
-    /// Fitted distances of the stored voxels and of `LAYERS` layers around them: there the far field's mean
-    /// plus the deviation of the nearest stored voxels, which is smooth. Somebody may be farther from the mean
-    /// than the model stores.
-    pub fn new(model: &Model<'_>, distances: &[i16]) -> Self {
-        let mut field =
-            Self { sides: model.grid().sides().map(usize::from), values: dense(model, distances) };
-        let mean = dense(model, &means(model));
-        // Where the coarse far field misses the mean (thin parts), there is nothing to go on from.
-        let deviation = |i: usize| {
-            if mean[i].is_nan() {
-                return f32::NAN;
-            }
-            let far = sample::far(model, field.voxel(i).map(|v| v as f32)).map(|(far, _)| far);
-            far.filter(|far| (far - mean[i]).abs() < FAITHFUL).map_or(f32::NAN, |far| field.values[i] - far)
-        };
-        let mut deviations: Vec<f32> = (0..mean.len()).into_par_iter().map(deviation).collect();
-        for _ in 0..LAYERS {
-            let grown = field.grow(model, &deviations);
-            for (i, deviation, value) in grown {
-                (deviations[i], field.values[i]) = (deviation, value);
-            }
+/// Fitted distances of the stored voxels and of `LAYERS` layers around them: there the far field's mean plus the deviation
+/// of the nearest stored voxels, which is smooth. Somebody may be farther from the mean than the model stores.
+pub fn extrapolated(model: &Model<'_>, distances: &[i16]) -> Dense {
+    let mut field = Dense { sides: model.grid().sides().map(usize::from), values: dense(model, distances) };
+    let mean = dense(model, &means(model));
+    // Where the coarse far field misses the mean (thin parts), there is nothing to go on from.
+    let deviation = |i: usize| {
+        if mean[i].is_nan() {
+            return f32::NAN;
         }
-        let off = |voxel: [usize; 3]| sample::far(model, voxel.map(|v| v as f32)).is_none();
-        for _ in 0..BEYOND {
-            for (i, value) in field.straight(off) {
-                field.values[i] = value;
-            }
+        let far = sample::far(model, field.voxel(i).map(|v| v as f32)).map(|(far, _)| far);
+        far.filter(|far| (far - mean[i]).abs() < FAITHFUL).map_or(f32::NAN, |far| field.values[i] - far)
+    };
+    let mut deviations: Vec<f32> = (0..mean.len()).into_par_iter().map(deviation).collect();
+    for _ in 0..LAYERS {
+        let grown = field.grow(model, &deviations);
+        for (i, deviation, value) in grown {
+            (deviations[i], field.values[i]) = (deviation, value);
         }
-        field
     }
+    let off = |voxel: [usize; 3]| sample::far(model, voxel.map(|v| v as f32)).is_none();
+    for _ in 0..BEYOND {
+        for (i, value) in field.straight(off) {
+            field.values[i] = value;
+        }
+    }
+    field
+}
 
+impl Dense {
     /// Fills unknown voxels next to the scan's points, given in voxels, with the scan's own distances, within the
     /// model's support: where somebody is farther from the mean than the model stores, the measured surface goes on.
     pub fn extend(&mut self, model: &Model<'_>, scan: &Surface, placed: &Placed, points: &[Point]) {

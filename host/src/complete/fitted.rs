@@ -1,6 +1,7 @@
 //! What the core's fit says about the scan's points, and the surface that is drawn from it to the scan.
 
 use super::dense::Dense;
+use super::extrapolate::extrapolated;
 use super::merge::Merged;
 use super::start::Start;
 use super::{diffusion, level};
@@ -46,7 +47,7 @@ impl<'m> Fitted<'m> {
             if held { fit.global.iter().map(|&weight| weight as f32).collect() } else { fit.shape.clone() };
         let posterior = Posterior::new(model, &points, &placed.pose, &shape, !held);
         let [global, local] =
-            [&fit.global_distances, &fit.local_distances].map(|distances| Dense::new(model, distances));
+            [&fit.global_distances, &fit.local_distances].map(|distances| extrapolated(model, distances));
         Self { placed, points, shape, global, local, posterior }
     }
 

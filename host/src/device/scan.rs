@@ -36,10 +36,10 @@ impl Scan {
         };
         let depth = start.depth.as_ref().map(|scan| scan.image.clone());
         let mut number = Digest::new();
-        number.add(format!("{begin:?}").as_bytes());
+        number.add(&postcard::to_allocvec(&begin).unwrap_or_default());
         packed.points.iter().flatten().for_each(|value| number.add(&value.to_le_bytes()));
         if let Some(Depth { frame, pixels }) = &depth {
-            number.add(format!("{frame:?}").as_bytes());
+            number.add(&postcard::to_allocvec(frame).unwrap_or_default());
             pixels.iter().for_each(|value| number.add(&value.to_le_bytes()));
         }
         let begin = Begin { scan: number.value(), ..begin };

@@ -6,7 +6,7 @@
 //! about each axis and 4.9 % of size apart: three stitched scans were completed to 1.35 instead of 1.75 mm).
 
 use super::generalised::{Shape, towards_mean};
-use super::jitter::{jitter, keep_frame};
+use super::jitter::{Apart, apart, keep_frame};
 use crate::check::inwards::outwardness;
 use crate::distance::Surface;
 use crate::mesh::{Mesh, Point};
@@ -14,7 +14,6 @@ use crate::points::{OrientedPoints, thin};
 use crate::register::field::Field;
 use crate::register::partners::{Partners, Side, partners};
 use crate::register::search::{Candidate, Effort, Search};
-use lacuna::format::Jitter;
 use nalgebra::{Similarity3, Translation3, UnitQuaternion};
 use rayon::prelude::*;
 use std::cmp::Ordering;
@@ -46,17 +45,17 @@ pub struct Aligned {
 pub enum Way {
     /// They were left as they lay.
     Left,
-    /// They were in one already, and drawn to their mean: so far, in their unit.
-    Drawn(Option<Jitter>),
+    /// They were in one already, and drawn to their mean: so far.
+    Drawn(Option<Apart>),
     /// By a search.
     Searched,
 }
 
 impl Way {
     /// How far shapes in one frame lay from their common pose, if they were moved to it.
-    pub const fn jitter(self) -> Option<Jitter> {
+    pub const fn apart(self) -> Option<Apart> {
         match self {
-            Self::Drawn(jitter) => jitter,
+            Self::Drawn(apart) => apart,
             Self::Left | Self::Searched => None,
         }
     }
@@ -184,12 +183,8 @@ fn inverted(points: &OrientedPoints) -> OrientedPoints {
     OrientedPoints { points: points.points.clone(), normals: points.normals.iter().map(|n| -n).collect() }
 }
 
-fn moved(
-    shapes: &[Mesh],
-    motions: Vec<Similarity3<f64>>,
-    way: impl FnOnce(Option<Jitter>) -> Way,
-) -> Aligned {
-    let way = way(jitter(shapes, &motions));
+fn moved(shapes: &[Mesh], motions: Vec<Similarity3<f64>>, way: impl FnOnce(Option<Apart>) -> Way) -> Aligned {
+    let way = way(apart(shapes, &motions));
     let moved = shapes.iter().zip(&motions).map(|(mesh, motion)| mesh.moved(motion)).collect();
     Aligned { shapes: moved, motions, way }
 }

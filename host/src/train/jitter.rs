@@ -20,11 +20,40 @@ pub fn keep_frame(shapes: &[Mesh], motions: &mut [Similarity3<f64>]) {
     motions.iter_mut().for_each(|motion| *motion = mean * *motion);
 }
 
+/// How far shapes lay from their common pose, root mean square, in their own unit. A model file has it as a [`Jitter`], in
+/// voxels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Apart {
+    /// Turn about each axis, radians.
+    pub turn: f32,
+    /// Shift of the middle along each axis, in the shapes' unit.
+    pub shift: f32,
+    /// Logarithm of the growth.
+    pub growth: f32,
+}
+
+impl Apart {
+    /// As a model file with voxels of edge `spacing` has it, within what the core reads.
+    pub fn in_voxels(&self, spacing: f32) -> Jitter {
+        let bounded = |x: f32| x.clamp(Jitter::LEAST, Jitter::MOST);
+        Jitter {
+            turn: bounded(self.turn),
+            shift: bounded(self.shift / spacing),
+            growth: bounded(self.growth),
+        }
+    }
+
+    /// What a model file with voxels of edge `spacing` says.
+    pub fn of(&Jitter { turn, shift, growth }: &Jitter, spacing: f32) -> Self {
+        Self { turn, shift: shift * spacing, growth }
+    }
+}
+
 /// Motions below this are rounding: radians, logarithms, shares of the shapes' size.
 const NONE: f32 = 1e-6;
 
-/// Root mean square of the motions about the shapes' middles, in the shapes' unit; `None` if they are none.
-pub fn jitter(shapes: &[Mesh], motions: &[Similarity3<f64>]) -> Option<Jitter> {
+/// Root mean square of the motions about the shapes' middles; `None` if they are none.
+pub fn apart(shapes: &[Mesh], motions: &[Similarity3<f64>]) -> Option<Apart> {
     let mean = |sum: f64| (sum / motions.len().max(1) as f64).sqrt() as f32;
     let turn: f64 = motions.iter().map(|motion| rotation(motion).scaled_axis().norm_squared()).sum();
     let shift = |(shape, motion): (&Mesh, &Similarity3<f64>)| {
@@ -34,17 +63,10 @@ pub fn jitter(shapes: &[Mesh], motions: &[Similarity3<f64>]) -> Option<Jitter> {
     let shift: f64 = shapes.iter().zip(motions).map(shift).sum();
     let growth: f64 =
         motions.iter().map(|motion| libm::log(motion.scaling())).map(|growth| growth * growth).sum();
-    let jitter = Jitter { turn: mean(turn / 3.0), shift: mean(shift / 3.0), growth: mean(growth) };
+    let apart = Apart { turn: mean(turn / 3.0), shift: mean(shift / 3.0), growth: mean(growth) };
     let size = mean(shapes.iter().map(|shape| size(shape).powi(2)).sum());
-    let moved = jitter.turn.max(jitter.growth) > NONE || jitter.shift > NONE * size;
-    moved.then_some(jitter)
-}
-
-/// A jitter as a model file has it: its shift in voxels of edge `spacing`, within what the core reads.
-pub fn in_voxels(jitter: &Jitter, spacing: f32) -> Jitter {
-    let bounded = |x: f32| x.clamp(Jitter::LEAST, Jitter::MOST);
-    let Jitter { turn, shift, growth } = *jitter;
-    Jitter { turn: bounded(turn), shift: bounded(shift / spacing), growth: bounded(growth) }
+    let moved = apart.turn.max(apart.growth) > NONE || apart.shift > NONE * size;
+    moved.then_some(apart)
 }
 
 /// Diagonal of a shape's bounds.
@@ -101,7 +123,7 @@ mod tests {
         assert!(mean(&|s, m| m * middle(s) - middle(s)).norm() < 0.2);
         assert!(mean(&|_, m| rotation(m).scaled_axis()).norm() < 1e-3);
         assert!(moved.iter().map(|m| m.scaling().ln()).sum::<f64>().abs() < 1e-9);
-        let found = jitter(&shapes, &moved).expect("a jitter");
+        let found = apart(&shapes, &moved).expect("they are apart");
         assert!((0.01..0.04).contains(&found.turn) && (0.01..0.03).contains(&found.growth), "{found:?}");
         assert!((1.5..3.5).contains(&found.shift), "{found:?}");
     }
@@ -112,8 +134,8 @@ mod tests {
             let (mut shapes, mut motions) = scattered(6);
             shapes.iter_mut().flat_map(|shape| &mut shape.points).for_each(|p| *p *= unit);
             motions.iter_mut().for_each(|motion| motion.isometry.translation.vector *= unit);
-            let found = jitter(&shapes, &motions).expect("moved, in any unit");
-            in_voxels(&found, (3.0 * unit) as f32)
+            let found = apart(&shapes, &motions).expect("moved, in any unit");
+            found.in_voxels((3.0 * unit) as f32)
         };
         let millimetres = of_unit(1.0);
         for unit in [1e-6, 1e-3, 1e3, 1e6] {
@@ -123,13 +145,13 @@ mod tests {
                 "{unit}: {found:?}"
             );
         }
-        let shift_alone = Jitter { turn: 0.0, shift: 1e9, growth: 0.0 };
-        assert!(in_voxels(&shift_alone, 1.0).is_sound());
+        let shift_alone = Apart { turn: 0.0, shift: 1e9, growth: 0.0 };
+        assert!(shift_alone.in_voxels(1.0).is_sound());
     }
 
     #[test]
     fn shapes_that_were_not_moved_have_no_jitter() {
         let (shapes, motions) = scattered(3);
-        assert_eq!(jitter(&shapes, &vec![Similarity3::identity(); motions.len()]), None);
+        assert_eq!(apart(&shapes, &vec![Similarity3::identity(); motions.len()]), None);
     }
 }

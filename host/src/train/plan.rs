@@ -2,7 +2,6 @@
 
 use super::band::{Band, Moments, coarse};
 use super::grid::{self, Budget};
-use super::jitter::in_voxels;
 use super::model_file::{self, Draft};
 use super::volume::{self, Lattice, Volume};
 use super::{Distances, Error, Settings, bounds, class_millimetre, line_of_sight, pca, symmetry};
@@ -154,7 +153,7 @@ impl Plan {
             header,
             extras: Extras {
                 symmetry: self.symmetry.map(|plane| plane.in_voxels(&crop.lattice)),
-                jitter: settings.jitter.map(|jitter| in_voxels(&jitter, h as f32)),
+                jitter: settings.apart.map(|apart| apart.in_voxels(h as f32)),
                 ..Extras::default()
             },
             lattice: crop.lattice,

@@ -1,7 +1,8 @@
 //! What a model maker can choose.
 
 use super::Limits;
-use lacuna::format::{Jitter, Unit};
+use super::jitter::Apart;
+use lacuna::format::Unit;
 
 /// How the training shapes' distances are measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,7 +37,7 @@ pub struct Settings {
     /// Whether the class is symmetric about a plane, to be found.
     pub symmetric: bool,
     /// How far the shapes lay from the pose they were drawn to, in their unit, if they were.
-    pub jitter: Option<Jitter>,
+    pub apart: Option<Apart>,
     /// Bytes of memory that the volumes may take.
     pub memory: u64,
     /// What the model may take of a device: what is not given of spacing and modes is chosen by it.
@@ -56,7 +57,7 @@ impl Default for Settings {
             distances: Distances::Exact,
             border_share: 0.75,
             symmetric: false,
-            jitter: None,
+            apart: None,
             memory: u64::MAX,
             limits: Limits::default(),
         }

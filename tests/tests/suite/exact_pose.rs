@@ -2,7 +2,6 @@
 //! their mean, it is tied as firmly as they lay together.
 
 use lacuna::Model;
-use lacuna::format::Jitter;
 use lacuna::pose_fit::{EXACT, Hint, ROUNDS};
 use lacuna_fixtures::VERSIONS;
 use lacuna_host::complete::verdict::Grade;
@@ -12,14 +11,15 @@ use lacuna_host::mesh::Mesh;
 use lacuna_host::register::Placed;
 use lacuna_host::synth::{Head, Kind};
 use lacuna_host::train::align::{Align, Way, align};
+use lacuna_host::train::jitter::Apart;
 use lacuna_host::train::{Settings, train};
 use lacuna_tests::registration::{placed, to_voxels};
 use lacuna_tests::sample::{Sample, head};
 use lacuna_tests::{default_schedule, model};
 use nalgebra::{Similarity3, Translation3, UnitQuaternion, Vector3};
 
-fn coarse(shapes: &[Mesh], jitter: Option<Jitter>) -> Vec<u8> {
-    train(shapes, &Settings { spacing: Some(7.0), jitter, ..Settings::default() }, &|_, _| ())
+fn coarse(shapes: &[Mesh], apart: Option<Apart>) -> Vec<u8> {
+    train(shapes, &Settings { spacing: Some(7.0), apart, ..Settings::default() }, &|_, _| ())
         .expect("a model")
 }
 
@@ -46,8 +46,8 @@ fn fitted(model: &Model<'_>, sample: &Sample, exact: Placed) -> lacuna::Pose {
 fn an_exact_pose_moves_as_far_as_the_training_shapes_lay_apart() {
     let shapes: Vec<Mesh> = (0..8).map(|number| Head::sample(1, number).mesh()).collect();
     let sample = head(1001, Kind::Front);
-    let shift = |jitter: Option<Jitter>| {
-        let bytes = coarse(&shapes, jitter);
+    let shift = |apart: Option<Apart>| {
+        let bytes = coarse(&shapes, apart);
         let model = Model::from_bytes(&bytes).expect("a model");
         let to_shapes = sample.model_to_scan.try_inverse().expect("a similarity");
         // Two degrees and 3 mm off, so that there is something to be moved.
@@ -64,7 +64,7 @@ fn an_exact_pose_moves_as_far_as_the_training_shapes_lay_apart() {
     };
     let held = shift(None);
     let [firm, loose] =
-        [1e-3, 1e3].map(|j| shift(Some(Jitter { turn: j as f32, shift: j as f32, growth: j as f32 })));
+        [1e-3, 1e3].map(|j| shift(Some(Apart { turn: j as f32, shift: j as f32, growth: j as f32 })));
     println!("held {held}, firm {firm}, loose {loose} mm");
     assert_eq!(held, 0.0);
     assert!(firm < 0.05 && loose > 1.0, "firm {firm}, loose {loose} mm");

@@ -28,7 +28,7 @@ fn the_built_in_model_is_what_its_seeds_make() {
     let settings = Settings {
         class: "head".into(),
         spacing: Some(3.3),
-        jitter: aligned.way.jitter(),
+        apart: aligned.way.apart(),
         ..Settings::default()
     };
     let bytes = train(&aligned.shapes, &settings, &|_, _| ()).unwrap();
