@@ -1,5 +1,6 @@
 //! Carries motions of some vertices over to their neighbours.
 
+use super::neighbours::Neighbours;
 use crate::mesh::{Mesh, Vector};
 use rayon::prelude::*;
 
@@ -26,8 +27,8 @@ fn steps(
     rings: impl Iterator<Item = usize> + Clone,
 ) -> Vec<Vector> {
     let mut current: Vec<Vector> = motions.iter().map(|m| m.unwrap_or_else(Vector::zeros)).collect();
-    let around = Around::new(mesh, motions);
-    let (order, ring, ends) = around.rings(motions, rings.clone().max().unwrap_or(0));
+    let around = Neighbours::new(mesh, |v| motions[v as usize].is_none());
+    let (order, ring, ends) = rings_around(motions, &around, rings.clone().max().unwrap_or(0));
     for (before, rings) in rings.enumerate() {
         let mean = |&v: &u32| {
             let known = around.of(v).iter().filter(|&&n| ring[n as usize] <= before as u32);
@@ -41,66 +42,33 @@ fn steps(
     current
 }
 
-/// The neighbours of the vertices without a motion, once for each triangle they share.
-struct Around {
-    /// Where the neighbours of each vertex end in the list; those of the one before end where they begin.
-    ends: Vec<u32>,
-    list: Vec<u32>,
-}
-
-impl Around {
-    fn new(mesh: &Mesh, motions: &[Option<Vector>]) -> Self {
-        let sides = |triangle: &[u32; 3]| {
-            let &[a, b, c] = triangle;
-            [(a, b), (b, a), (b, c), (c, b), (c, a), (a, c)]
-        };
-        let open = |&(to, _): &(u32, u32)| motions[to as usize].is_none();
-        let pairs = || mesh.triangles.iter().flat_map(sides).filter(open);
-        let mut ends = vec![0u32; motions.len()];
-        pairs().for_each(|(to, _)| ends[to as usize] += 1);
-        let mut sum = 0;
-        // Where each list begins; filling moves that to its end.
-        for end in &mut ends {
-            sum += std::mem::replace(end, sum);
-        }
-        let mut list = vec![0; sum as usize];
-        for (to, from) in pairs() {
-            list[ends[to as usize] as usize] = from;
-            ends[to as usize] += 1;
-        }
-        Self { ends, list }
-    }
-
-    fn of(&self, v: u32) -> &[u32] {
-        let v = v as usize;
-        let start = if v == 0 { 0 } else { self.ends[v - 1] };
-        &self.list[start as usize..self.ends[v] as usize]
-    }
-
-    /// The vertices of the first `most` rings around those with a motion, ring by ring; the ring of each vertex, 0 where
-    /// a motion is known, the largest number beyond; and where each ring ends in the list.
-    fn rings(&self, motions: &[Option<Vector>], most: usize) -> (Vec<u32>, Vec<u32>, Vec<usize>) {
-        let mut ring: Vec<u32> = motions.iter().map(|m| if m.is_some() { 0 } else { u32::MAX }).collect();
-        let first = |&v: &u32| self.of(v).iter().any(|&n| motions[n as usize].is_some());
-        let mut order: Vec<u32> = (0..motions.len() as u32).filter(first).collect();
-        let (mut ends, mut start) = (Vec::new(), 0);
-        for number in 1..=most as u32 {
-            order[start..].iter().for_each(|&v| ring[v as usize] = number);
-            ends.push(order.len());
-            let mut next = Vec::new();
-            for &v in &order[start..] {
-                for &n in self.of(v) {
-                    if ring[n as usize] == u32::MAX {
-                        ring[n as usize] = number + 1;
-                        next.push(n);
-                    }
+/// The vertices of the first `most` rings around those with a motion, ring by ring; the ring of each vertex, 0 where
+/// a motion is known, the largest number beyond; and where each ring ends in the list.
+fn rings_around(
+    motions: &[Option<Vector>],
+    around: &Neighbours,
+    most: usize,
+) -> (Vec<u32>, Vec<u32>, Vec<usize>) {
+    let mut ring: Vec<u32> = motions.iter().map(|m| if m.is_some() { 0 } else { u32::MAX }).collect();
+    let first = |&v: &u32| around.of(v).iter().any(|&n| motions[n as usize].is_some());
+    let mut order: Vec<u32> = (0..motions.len() as u32).filter(first).collect();
+    let (mut ends, mut start) = (Vec::new(), 0);
+    for number in 1..=most as u32 {
+        order[start..].iter().for_each(|&v| ring[v as usize] = number);
+        ends.push(order.len());
+        let mut next = Vec::new();
+        for &v in &order[start..] {
+            for &n in around.of(v) {
+                if ring[n as usize] == u32::MAX {
+                    ring[n as usize] = number + 1;
+                    next.push(n);
                 }
             }
-            start = order.len();
-            order.extend(next);
         }
-        (order, ring, ends)
+        start = order.len();
+        order.extend(next);
     }
+    (order, ring, ends)
 }
 
 #[cfg(test)]

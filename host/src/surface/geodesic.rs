@@ -1,5 +1,6 @@
 //! Lengths of the shortest ways along a mesh's edges.
 
+use super::neighbours::Neighbours;
 use crate::mesh::Mesh;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -10,7 +11,7 @@ type Entry = Reverse<(u64, u32)>;
 /// Length of the shortest way along edges from each vertex to one of `sources`; infinite where there is none
 /// (Dijkstra 1959).
 pub fn path_lengths(mesh: &Mesh, sources: &[u32]) -> Vec<f64> {
-    let neighbours = neighbours(mesh);
+    let neighbours = Neighbours::new(mesh, |_| true);
     let mut lengths = vec![f64::INFINITY; mesh.points.len()];
     let mut open: BinaryHeap<Entry> = BinaryHeap::new();
     for &source in sources {
@@ -31,36 +32,6 @@ pub fn path_lengths(mesh: &Mesh, sources: &[u32]) -> Vec<f64> {
         }
     }
     lengths
-}
-
-/// The vertices next to each vertex, some of them twice.
-struct Neighbours {
-    first: Vec<u32>,
-    all: Vec<u32>,
-}
-
-impl Neighbours {
-    fn of(&self, vertex: u32) -> &[u32] {
-        let range = self.first[vertex as usize] as usize..self.first[vertex as usize + 1] as usize;
-        &self.all[range]
-    }
-}
-
-fn neighbours(mesh: &Mesh) -> Neighbours {
-    let mut first = vec![0u32; mesh.points.len() + 1];
-    mesh.triangles.as_flattened().iter().for_each(|&v| first[v as usize + 1] += 2);
-    for v in 0..mesh.points.len() {
-        first[v + 1] += first[v];
-    }
-    let mut next = first.clone();
-    let mut all = vec![0; 6 * mesh.triangles.len()];
-    for &[a, b, c] in &mesh.triangles {
-        for (from, to) in [(a, b), (a, c), (b, c), (b, a), (c, a), (c, b)] {
-            all[next[from as usize] as usize] = to;
-            next[from as usize] += 1;
-        }
-    }
-    Neighbours { first, all }
 }
 
 #[cfg(test)]

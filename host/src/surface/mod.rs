@@ -8,6 +8,7 @@ mod fairing;
 mod geodesic;
 mod holes;
 mod marching_cubes;
+mod neighbours;
 mod opening;
 mod quadric;
 mod refine;
