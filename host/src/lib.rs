@@ -7,6 +7,7 @@
 
 pub mod bvh;
 pub mod check;
+pub mod class;
 pub mod cli;
 pub mod complete;
 pub mod correspondence;
@@ -27,11 +28,14 @@ pub mod reference;
 pub mod register;
 pub mod render;
 pub mod report;
+pub mod score;
 pub mod sentence;
 pub mod similarity;
+pub mod size;
 pub mod surface;
 pub mod synth;
 pub mod train;
 pub mod uncertainty;
 pub mod unit;
 pub mod verify;
+pub mod volume;

@@ -1,7 +1,7 @@
 //! Is there enough surface to fit a model to?
 
 use super::Checked;
-use crate::train::SIDE;
+use crate::class::SIDE;
 use lacuna::Model;
 
 /// Least share of the class's surface: less does not determine a pose.

@@ -7,9 +7,9 @@
 pub mod alternatives;
 mod amount;
 mod edges;
+mod fits;
 pub mod inwards;
 mod origin;
-pub mod size;
 mod soup;
 pub mod training;
 mod triangles;
@@ -142,7 +142,7 @@ pub fn lone_mesh(loaded: Loaded) -> Checked {
 pub fn scan(scan: Loaded, model: &lacuna::Model<'_>, unit: lacuna::format::Unit) -> Checked {
     let mut checked = mesh(scan);
     if !checked.is_refused() {
-        size::check(&mut checked, model, unit);
+        fits::check(&mut checked, model, unit);
     }
     if !checked.is_refused() {
         amount::check(&mut checked, model);

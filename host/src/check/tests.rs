@@ -142,16 +142,6 @@ fn coordinates_without_digits_are_refused() {
 }
 
 #[test]
-fn the_unit_is_recognised_and_not_guessed() {
-    assert_eq!(size::misfit(200.0, 230.0, Unit::Millimetre), None);
-    for (length, unit) in [(0.2, "--unit m"), (8.0, "--unit in"), (2e5, "--unit um"), (20.0, "centimetres")] {
-        let hint = size::misfit(length, 230.0, Unit::Millimetre).unwrap();
-        assert!(hint.contains(unit), "{length}: {hint}");
-    }
-    assert!(size::misfit(230.0, 0.23, Unit::Metre).unwrap().contains("--unit mm"));
-}
-
-#[test]
 fn training_sets_are_judged_together() {
     let names: Vec<String> = ["a", "b", "c", "d"].map(String::from).to_vec();
     let loaded = |mesh| Loaded { mesh, repairs: vec![] };

@@ -1,10 +1,11 @@
 //! Training shapes together: copies, mixed units, a file that is not like the others.
 
-use super::{Checked, Flat, Refused, counted, size};
+use super::{Checked, Flat, Refused, counted};
 use crate::correspondence;
 use crate::io::Loaded;
 use crate::mesh::Mesh;
 use crate::quantile::median;
+use crate::size;
 use lacuna::format::Unit;
 
 /// Sizes farther than this factor from the median are not of one class in one unit.

@@ -1,15 +1,15 @@
 //! What several subcommands read: models, scans, units, poses.
 
 use super::Failure;
+use crate::check;
 use crate::check::alternatives::Alternative;
-use crate::check::{self, size};
 use crate::complete::depth_rows::DepthImage;
 use crate::io::{self, Loaded};
 use crate::mesh::{Mesh, Point};
 use crate::register::Placed;
 use crate::sentence::sentence;
 use crate::similarity::scale_and_rotation;
-use crate::unit;
+use crate::{size, unit};
 use lacuna::format::Unit;
 use lacuna::{Model, Pose};
 use nalgebra::Matrix4;

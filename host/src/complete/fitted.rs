@@ -1,5 +1,6 @@
 //! What the core's fit says about the scan's points, and the surface that is drawn from it to the scan.
 
+use super::cues::cues;
 use super::dense::Dense;
 use super::extrapolate::extrapolated;
 use super::merge::Merged;
@@ -10,7 +11,7 @@ use crate::fit::Fit;
 use crate::mesh::Point;
 use crate::points::OrientedPoints;
 use crate::register::{Placed, joint};
-use crate::uncertainty::cues::{Cue, cues};
+use crate::uncertainty::Cue;
 use crate::uncertainty::hidden;
 use crate::uncertainty::posterior::Posterior;
 use lacuna::corners::Weights;

@@ -4,6 +4,7 @@
 
 pub mod clean;
 pub mod clutter;
+pub mod cues;
 pub mod dense;
 pub mod depth_rows;
 pub mod diffusion;
@@ -27,9 +28,8 @@ use crate::mesh::Mesh;
 use crate::register::{self, Placed};
 use crate::sentence::sentence;
 use crate::surface::fair;
-use crate::uncertainty::cues::Cue;
 use crate::uncertainty::spread::spread;
-use crate::uncertainty::{Expected, Share, shares};
+use crate::uncertainty::{Cue, Expected, Share, shares};
 use crate::unit;
 use clutter::{APART, Clutter};
 use fitted::{Agreement, Fitted};
@@ -113,9 +113,9 @@ pub enum Error {
     /// The fit.
     #[error("the fit was refused: {}", sentence(.0))]
     Fit(lacuna::Error),
-    /// The device that was to fit.
+    /// Whatever was to fit elsewhere: a device.
     #[error(transparent)]
-    Device(#[from] crate::device::Error),
+    Elsewhere(Box<dyn std::error::Error + Send + Sync>),
     /// No surface.
     #[error("{0}")]
     NoSurface(&'static str),

@@ -6,8 +6,8 @@ use crate::mesh::Vector;
 use crate::reference::{Model as Reference, global, pca};
 use crate::train::prepared::Prepared;
 use crate::train::propagate::propagate;
-use crate::train::volume::{Lattice, Volume};
 use crate::verify::decode;
+use crate::volume::{Lattice, Volume};
 use lacuna::Model;
 use rayon::prelude::*;
 

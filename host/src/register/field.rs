@@ -1,14 +1,14 @@
 //! What a scan is registered to: signed distances and directions on a coarse grid, and oriented points of the
 //! surface, in voxels.
 
+use crate::class::SIDE;
 use crate::distance::Surface;
 use crate::fit;
 use crate::mesh::{Point, Vector};
 use crate::points::{OrientedPoints, thin};
 use crate::raster::slope;
 use crate::surface::{Volume, marching_cubes};
-use crate::train::SIDE;
-use crate::train::volume::{Lattice, sample};
+use crate::volume::{Lattice, sample};
 use lacuna::{Model, sample::far};
 
 /// Distances and points of the shape that is looked for.

@@ -16,10 +16,10 @@ pub mod search;
 pub mod trim;
 pub mod umeyama;
 
-use crate::check::size;
 use crate::mesh::{Mesh, Point, Vector};
 use crate::points::{OrientedPoints, thin};
 use crate::sentence::sentence;
+use crate::size;
 use crate::unit;
 use field::Field;
 use joint::{refine, refined, settled};

@@ -1,7 +1,7 @@
 //! Which voxels are stored, by what the training shapes' distances are there.
 
-use super::volume::{self, Lattice, Volume};
 use crate::distance::Surface;
+use crate::volume::{self, Lattice, Volume};
 use rayon::prelude::*;
 
 /// Which voxels are stored: those where the surface of a plausible shape, or the hull around it, may be.

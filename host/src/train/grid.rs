@@ -1,6 +1,7 @@
 //! The grid training works on: its sides, and the memory its volumes need, known before any is taken.
 
-use super::{Error, Settings, bounds, class_millimetre};
+use super::{Error, Settings, bounds};
+use crate::class;
 use crate::mesh::Mesh;
 
 /// Edge of a voxel in class millimetres, if the longest side allows it.
@@ -38,7 +39,7 @@ pub fn usual_stride(millimetre: f64) -> u8 {
 
 /// Voxel edge of a class, voxels from node to node, and voxels of a brick's edge.
 pub(super) fn voxel(shapes: &[Mesh], settings: &Settings) -> (f64, u8, usize) {
-    let millimetre = class_millimetre(shapes);
+    let millimetre = class::millimetre(shapes);
     let (low, high) = bounds(shapes);
     let spacing = settings.spacing.unwrap_or_else(|| usual_spacing(millimetre, (high - low).max()));
     let stride = settings.stride.unwrap_or_else(|| usual_stride(millimetre / spacing));
@@ -74,7 +75,7 @@ pub fn check(shapes: &[Mesh], settings: &Settings) -> Result<(), Error> {
     if !(spacing as f32).is_normal() || !((1.0 / spacing) as f32).is_normal() {
         return Err(Error::Spacing(spacing));
     }
-    let limit = COARSEST * class_millimetre(shapes);
+    let limit = COARSEST * class::millimetre(shapes);
     if spacing > limit {
         return Err(Error::TooCoarse { spacing, limit });
     }

@@ -7,7 +7,7 @@ use crate::distance::Surface;
 use crate::mesh::{Mesh, Point, Vector};
 use crate::register::Placed;
 use crate::synth::{Kind, Random};
-use crate::uncertainty::cues::Cue;
+use crate::uncertainty::Cue;
 use lacuna::{Fixed, Model, Pose};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};

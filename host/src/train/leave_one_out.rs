@@ -2,8 +2,8 @@
 //! scans, as a table.
 
 use super::held_out::Trial;
-use crate::evaluate::Score;
 use crate::quantile::{median, quantile};
+use crate::score::Score;
 use crate::synth::Kind;
 use crate::unit::digits;
 use serde::Serialize;

@@ -11,10 +11,10 @@
 //! of all others, and are left out: no scanner sees them.
 
 use super::propagate::{NO_SOURCE, sources};
-use super::volume::{Lattice, Volume};
 use crate::bvh::Bvh;
 use crate::mesh::{Mesh, Point, Vector};
 use crate::points::{OrientedPoints, thin};
+use crate::volume::{Lattice, Volume};
 use rayon::prelude::*;
 
 /// Edge of the cubes of the thinned points, voxels: with 1 some voxels near the surface are in nobody's reach and

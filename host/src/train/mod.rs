@@ -22,7 +22,6 @@ pub mod propagate;
 mod settings;
 pub mod symmetry;
 pub mod views;
-pub mod volume;
 
 pub use error::Error;
 pub use footprint::{Footprint, Limits};
@@ -30,16 +29,6 @@ pub use settings::{Distances, Settings};
 
 use crate::mesh::{self, Mesh, Point};
 use plan::Plan;
-
-/// Root of the surface of a shape, class millimetres.
-pub const SIDE: f64 = 280.0;
-
-/// One "class millimetre": all lengths of the method are stated for faces, whose surface is about
-/// 280 mm × 280 mm; other classes scale them with the root of their surface area.
-pub fn class_millimetre(shapes: &[Mesh]) -> f64 {
-    let mean = shapes.iter().map(Mesh::area).sum::<f64>() / shapes.len().max(1) as f64;
-    mean.sqrt() / SIDE
-}
 
 /// Trains a model on aligned shapes: the model file.
 ///

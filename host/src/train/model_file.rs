@@ -1,7 +1,7 @@
 //! Quantises a trained model and lays it out as a file: the writing side of [`lacuna::format`].
 
 use super::Error;
-use super::volume::Lattice;
+use crate::volume::Lattice;
 use lacuna::Model;
 use lacuna::arithmetic::{MAX_EXPONENT, MIN_EXPONENT};
 use lacuna::error::Part;

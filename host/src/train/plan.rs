@@ -3,10 +3,11 @@
 use super::band::{Band, Moments, coarse};
 use super::grid::{self, Budget};
 use super::model_file::{self, Draft};
-use super::volume::{self, Lattice, Volume};
-use super::{Distances, Error, Settings, bounds, class_millimetre, line_of_sight, pca, symmetry};
+use super::{Distances, Error, Settings, bounds, line_of_sight, pca, symmetry};
+use crate::class;
 use crate::distance::Surface;
 use crate::mesh::{Mesh, Vector};
+use crate::volume::{self, Lattice, Volume};
 use lacuna::format::{Header, Scales};
 use lacuna::model::Extras;
 use rayon::prelude::*;
@@ -50,7 +51,7 @@ impl Plan {
         for (number, shape) in shapes.iter().enumerate() {
             surfaces.push(Surface::new(shape).ok_or(Error::NoSurface(number))?);
         }
-        let millimetre = class_millimetre(shapes);
+        let millimetre = class::millimetre(shapes);
         let (low, high) = bounds(shapes);
         grid::check(shapes, settings)?;
         let (spacing, stride, brick) = grid::voxel(shapes, settings);

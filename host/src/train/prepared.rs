@@ -1,9 +1,9 @@
 //! Shapes whose distances are measured: models of all of them, or of some, without measuring again.
 
 use super::grid::Budget;
-use super::volume::{Lattice, Volume};
 use super::{Distances, Error, Plan, Settings, pca};
 use crate::mesh::Mesh;
+use crate::volume::{Lattice, Volume};
 use lacuna::format::MAX_MODES;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};

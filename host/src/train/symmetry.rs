@@ -9,10 +9,10 @@
 //! ```
 
 use super::Error;
-use super::volume::Lattice;
 use crate::distance::Surface;
 use crate::mesh::{Mesh, Point, Vector};
 use crate::picks::evenly;
+use crate::volume::Lattice;
 use lacuna::format::Symmetry;
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use rayon::prelude::*;

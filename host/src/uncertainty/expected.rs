@@ -1,6 +1,6 @@
 //! From what is known at a vertex to its expected error; the equation is that of [`Calibration`].
 
-use super::cues::Cue;
+use super::cue::Cue;
 use crate::quantile::quantile;
 use lacuna::Model;
 use lacuna::format::Calibration;

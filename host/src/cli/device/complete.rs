@@ -25,7 +25,8 @@ impl Complete {
             let momentum = options.schedule.momentum != 0;
             let iterations = if momentum { Iterations::Momentum } else { Iterations::Varying };
             let scan = Scan::new(start, iterations);
-            let results = line::complete(&mut client, model, &scan)?;
+            let results = line::complete(&mut client, model, &scan);
+            let results = results.map_err(|error| Error::Elsewhere(error.into()))?;
             counters = results.counters;
             results.into_fit(model, &scan.begin).map_err(Error::Fit)
         })?;

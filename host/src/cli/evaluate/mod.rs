@@ -7,6 +7,7 @@ mod told;
 use super::shapes::{self, Shapes};
 use super::train::{align_mode, positive};
 use super::{Common, Failure, bar, inputs, say};
+use crate::class;
 use crate::evaluate::{
     self, Evaluation, Method, Outcome, PoseMode, Record, Settings, Summary, Target, figure, missed,
 };
@@ -99,7 +100,7 @@ impl Evaluate {
         if !matches!(way, Way::Drawn(_)) {
             notes.extend(shapes::strangers(&aligned, &shapes.paths)?);
         }
-        let limit = MISSED * train::class_millimetre(&aligned);
+        let limit = MISSED * class::millimetre(&aligned);
         let mut evaluation = Evaluation::new(aligned, named(targets)?);
         if self.ablation {
             return self.ablate(&mut evaluation, &notes, common);

@@ -1,31 +1,15 @@
 //! What is known at each vertex of a completed mesh about how far it may be off.
 
-use super::factors::Factors;
-use super::posterior::Posterior;
-use crate::complete::merge::{MEASURED, Merged};
+use super::merge::{MEASURED, Merged};
 use crate::mesh::Mesh;
 use crate::register::Placed;
 use crate::surface::path_lengths;
+use crate::uncertainty::Cue;
+use crate::uncertainty::factors::Factors;
+use crate::uncertainty::posterior::Posterior;
 
 /// Rings over which a vertex beyond the stored voxels takes the deviations of its neighbours.
 const RINGS: usize = 60;
-
-/// What is known at a vertex; lengths in voxels.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cue {
-    /// Whether it was moved onto the scan.
-    pub measured: bool,
-    /// Deviation that the scan leaves, as far as the modes go.
-    pub posterior: f32,
-    /// Way along the surface to the nearest measured vertex, or straight to the scan where there is none.
-    pub away: f32,
-    /// How far the vertex was moved from the fitted surface.
-    pub height: f32,
-    /// What the scan is off without showing it.
-    pub hidden: f32,
-    /// How much farther off than elsewhere the inferred surface is there.
-    pub factor: f32,
-}
 
 /// The cues of a completed mesh; `hidden` is what its scan is off without showing it, voxels.
 pub fn cues(posterior: &Posterior<'_>, placed: &Placed, merged: &Merged, hidden: f32) -> Vec<Cue> {

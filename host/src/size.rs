@@ -1,10 +1,7 @@
-//! Is a scan of the model's size, and if not, in which unit would it be?
+//! Sizes of meshes, and in which unit they would fit.
 
-use super::Checked;
 use crate::mesh::Mesh;
-use crate::register::field::Field;
 use crate::unit;
-use lacuna::Model;
 use lacuna::format::Unit;
 use std::ops::RangeInclusive;
 
@@ -12,11 +9,6 @@ use std::ops::RangeInclusive;
 pub const LIMIT: f64 = 6.0;
 /// Within this factor a size would fit.
 const FITTING: f64 = 2.5;
-
-/// Longest side of a model's mean shape, in its unit.
-pub fn of_model(model: &Model<'_>) -> f64 {
-    Field::of_model(model).size * f64::from(model.header().spacing)
-}
 
 /// Share of the points that may lie anywhere, at either end of each axis: a speck some metres away is left out later.
 const STRAY: f64 = 0.002;
@@ -30,18 +22,6 @@ pub fn of_mesh(mesh: &Mesh) -> f64 {
         along.len().checked_sub(stray + 1).map_or(0.0, |last| along[last] - along[stray])
     };
     [0, 1, 2].map(side).into_iter().fold(0.0, f64::max)
-}
-
-/// Refuses a scan that cannot be of the model's size in the model's unit, and offers the unit in which it would.
-pub(super) fn check(checked: &mut Checked, model: &Model<'_>, unit: Unit) {
-    let (scan, model_size) = (of_mesh(&checked.mesh), of_model(model));
-    if let Some(hint) = misfit(scan, model_size, unit) {
-        let symbol = unit::symbol(model.header().unit);
-        checked.refused(format!(
-            "the scan is {scan:.4} {symbol} long and the model {model_size:.4} {symbol}: they differ by more \
-             than a factor of {LIMIT}. {hint}"
-        ));
-    }
 }
 
 /// What to do about a size that does not fit, of a scan taken to be in the unit `own`; none if it does.
@@ -82,7 +62,7 @@ pub fn unit_of(ratio: f64, own: Unit) -> Option<String> {
 const USUAL: RangeInclusive<f64> = 15.0..=3000.0;
 
 /// What to do about shapes of a length that is not of anything scanned by hand, if they might be in another unit.
-pub(super) fn unusual(length: f64, unit: Unit) -> Option<String> {
+pub fn unusual(length: f64, unit: Unit) -> Option<String> {
     let usual = |&other: &Unit| USUAL.contains(&(length * unit::millimetres(other)));
     if usual(&unit) {
         return None;
@@ -122,5 +102,17 @@ mod tests {
         scan.points.truncate(3);
         assert_eq!(of_mesh(&scan), 2.0);
         assert_eq!(of_mesh(&Mesh::default()), 0.0);
+    }
+
+    #[test]
+    fn the_unit_is_recognised_and_not_guessed() {
+        assert_eq!(misfit(200.0, 230.0, Unit::Millimetre), None);
+        for (length, unit) in
+            [(0.2, "--unit m"), (8.0, "--unit in"), (2e5, "--unit um"), (20.0, "centimetres")]
+        {
+            let hint = misfit(length, 230.0, Unit::Millimetre).unwrap();
+            assert!(hint.contains(unit), "{length}: {hint}");
+        }
+        assert!(misfit(230.0, 0.23, Unit::Metre).unwrap().contains("--unit mm"));
     }
 }
