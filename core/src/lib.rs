@@ -77,7 +77,7 @@ pub mod global_fit;
 pub mod gradient;
 pub mod grid;
 pub mod hull;
-mod hull_rows;
+pub mod hull_rows;
 pub mod lent;
 pub mod local_fit;
 pub mod mirror;

@@ -25,7 +25,7 @@ pub struct Extras<'a> {
     /// How far the training shapes lay from the pose they have in the model, if they were given in one frame and drawn
     /// to their mean. Version 3.
     pub jitter: Option<Jitter>,
-    /// A byte a brick: the [`factor`](crate::format::factor) of its expected errors. Version 4.
+    /// A byte a brick: the [`factor`] of its expected errors. Version 4.
     pub factors: Option<&'a [u8]>,
 }
 

@@ -48,7 +48,7 @@ pub struct Limits {
     pub step: f64,
 }
 
-/// Moves `fitted` onto the scan where it was measured. Strays give way to the fitted surface in [`YIELDS`] rounds; what
+/// Moves `fitted` onto the scan where it was measured. Strays give way to the fitted surface in `YIELDS` rounds; what
 /// becomes one in the last of them stays.
 pub fn merge(fitted: &Mesh, scan: &Surface, limits: &Limits) -> Merged {
     let normals = fitted.vertex_normals();

@@ -17,7 +17,7 @@ use rayon::prelude::*;
 
 /// Points of a candidate's refinement.
 const FEW: usize = 400;
-/// Points of the best one's refinement; many more if less than [`CLEAN`] of the scan is near the class: hair and
+/// Points of the best one's refinement; many more if less than `CLEAN` of the scan is near the class: hair and
 /// collar leave the size of a face to chance otherwise.
 pub const MANY: [usize; 2] = [1600, 6000];
 /// Least share of a scan without clutter that is near the class.

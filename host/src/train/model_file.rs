@@ -56,7 +56,7 @@ pub fn encode(draft: &Draft<'_>) -> Result<Vec<u8>, Error> {
 }
 
 /// The same model with another calibration of the expected error, and with factors a brick if there are some; none of
-/// its other bytes changes. A header holds factors for [`MOST_FACTORS`] bricks.
+/// its other bytes changes. A header holds factors for `MOST_FACTORS` bricks.
 ///
 /// # Errors
 /// Bytes that are no model, another number of factors than of bricks, or constants that the core does not read.
