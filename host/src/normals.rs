@@ -11,6 +11,7 @@
 
 use crate::cubes::{Cube, around, cube};
 use crate::mesh::{Point, Vector};
+use crate::picks::evenly;
 use nabo::{KDTree, NotNan};
 use nalgebra::{Matrix3, SymmetricEigen};
 use rayon::prelude::*;
@@ -56,6 +57,27 @@ pub fn estimate(points: &[Point]) -> Vec<Vector> {
     let roots = agree(&pieces, &mut normals);
     turn_outwards(&places, &roots, &mut normals);
     place_of.iter().map(|place| place.map_or_else(Vector::zeros, |p| normals[p])).collect()
+}
+
+/// Points whose nearest neighbour is looked at.
+const ASKED: usize = 5000;
+
+/// Share of the normals that face against the one of the nearest other place.
+pub fn disagreement(points: &[Point], normals: &[Vector]) -> f64 {
+    let (places, place_of) = distinct(points);
+    let mut facing = vec![Vector::zeros(); places.len()];
+    for (place, normal) in place_of.iter().zip(normals) {
+        place.iter().for_each(|&place| facing[place] = *normal);
+    }
+    let cloud: Vec<Place> = places.iter().map(|p| Place(p.coords.into())).collect();
+    let tree = KDTree::new(&cloud);
+    let against = |&i: &usize| {
+        let near = nearest(&tree, &cloud[i], 2).members;
+        let other = near.into_iter().map(|m| m as usize).find(|&m| m != i);
+        other.is_some_and(|other| facing[i].dot(&facing[other]) < 0.0)
+    };
+    let asked = evenly(places.len(), ASKED);
+    asked.clone().filter(against).count() as f64 / asked.count().max(1) as f64
 }
 
 /// The distinct positions on the grid, sorted, and for each point the index of its own.

@@ -15,13 +15,17 @@ const STRAY: f64 = 0.002;
 
 /// Longest side of a mesh, stray points aside.
 pub fn of_mesh(mesh: &Mesh) -> f64 {
+    usual_bounds(mesh).into_iter().map(|[low, high]| high - low).fold(0.0, f64::max)
+}
+
+/// Lowest and highest coordinate along each axis, stray points aside.
+pub fn usual_bounds(mesh: &Mesh) -> [[f64; 2]; 3] {
     let stray = (STRAY * mesh.points.len() as f64) as usize;
-    let side = |axis: usize| {
+    [0, 1, 2].map(|axis| {
         let mut along: Vec<f64> = mesh.points.iter().map(|p| p[axis]).collect();
         along.sort_unstable_by(f64::total_cmp);
-        along.len().checked_sub(stray + 1).map_or(0.0, |last| along[last] - along[stray])
-    };
-    [0, 1, 2].map(side).into_iter().fold(0.0, f64::max)
+        along.len().checked_sub(stray + 1).map_or([0.0; 2], |last| [along[stray], along[last]])
+    })
 }
 
 /// What to do about a size that does not fit, of a scan taken to be in the unit `own`; none if it does.
@@ -30,7 +34,10 @@ pub fn misfit(scan: f64, model: f64, own: Unit) -> Option<String> {
     if ratio < LIMIT && ratio > 1.0 / LIMIT {
         return None;
     }
-    Some(unit_of(ratio, own).unwrap_or_else(|| "Is it a scan of this class?".into()))
+    let class = "Is it a scan of this class?";
+    let larger =
+        if ratio > 1.0 { " If a floor, a wall or stray points are in it, cut them away" } else { "" };
+    Some(unit_of(ratio, own).unwrap_or_else(|| format!("{class}{larger}")))
 }
 
 /// Units that a mesh may be in, and their names.
@@ -114,5 +121,7 @@ mod tests {
             assert!(hint.contains(unit), "{length}: {hint}");
         }
         assert!(misfit(230.0, 0.23, Unit::Metre).unwrap().contains("--unit mm"));
+        let floor = misfit(1586.0, 230.0, Unit::Millimetre).unwrap();
+        assert!(floor.contains("of this class? If a floor"), "{floor}");
     }
 }

@@ -9,8 +9,11 @@ mod amount;
 mod edges;
 mod fits;
 pub mod inwards;
+mod needles;
 mod origin;
+mod signs;
 mod soup;
+mod strays;
 pub mod training;
 mod triangles;
 mod vertices;
@@ -115,6 +118,10 @@ fn mesh_with(loaded: Loaded, flat: Flat) -> Checked {
     loaded.repairs.into_iter().for_each(|text| checked.repaired(text));
     origin::check(&mut checked);
     if checked.mesh.triangles.is_empty() {
+        if !checked.is_refused() {
+            strays::check(&mut checked);
+            signs::check(&mut checked);
+        }
         return checked;
     }
     if flat == Flat::LeftOut {
@@ -123,6 +130,9 @@ fn mesh_with(loaded: Loaded, flat: Flat) -> Checked {
     triangles::check(&mut checked, flat);
     if checked.is_refused() {
         return checked;
+    }
+    if flat == Flat::LeftOut {
+        needles::check(&mut checked);
     }
     vertices::check(&mut checked);
     let edges = Edges::of(&checked.mesh);
