@@ -24,10 +24,31 @@ pub(super) fn training_set(inputs: &[PathBuf], settings: &train::Settings) -> Re
     let (paths, loaded) = read(inputs)?;
     let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
     let set = training::set(loaded, &names, settings.unit)?;
-    let notes = set.findings.iter().map(|(number, text)| format!("{}: {text}", names[*number])).collect();
+    let notes = told(set.findings.iter().map(|(number, text)| (names[*number].as_str(), text.as_str())));
     let (numbers, meshes): (Vec<usize>, Vec<Mesh>) = set.shapes.into_iter().unzip();
     grid::check(&meshes, settings)?;
     Ok(Shapes { paths: numbers.iter().map(|&number| paths[number].clone()).collect(), meshes, notes })
+}
+
+/// More shapes than this of which the same is said share a sentence.
+const FEW: usize = 3;
+
+/// What was found of files, in sentences.
+fn told<'a>(findings: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<String> {
+    let mut by_text: Vec<(&str, Vec<&str>)> = Vec::new();
+    for (name, text) in findings {
+        match by_text.iter_mut().find(|(other, _)| *other == text) {
+            Some((_, names)) => names.push(name),
+            None => by_text.push((text, vec![name])),
+        }
+    }
+    let sentences = |(text, names): (&str, Vec<&str>)| -> Vec<String> {
+        if names.len() > FEW {
+            return vec![format!("{} and {} more: {text}", names[0], names.len() - 1)];
+        }
+        names.iter().map(|name| format!("{name}: {text}")).collect()
+    };
+    by_text.into_iter().flat_map(sentences).collect()
 }
 
 /// Reads complete meshes that a model of the `shapes` is to approximate, each once.
@@ -100,4 +121,18 @@ fn meshes_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
         matches!(ending.as_deref(), Some("ply" | "obj" | "stl"))
     };
     Ok(std::fs::read_dir(folder)?.flatten().map(|entry| entry.path()).filter(is_mesh).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::told;
+
+    #[test]
+    fn what_is_found_of_many_files_is_one_sentence() {
+        let found = [("a", "inwards"), ("b", "flat"), ("b", "inwards"), ("c", "inwards")];
+        let few = ["a: inwards", "b: inwards", "c: inwards", "b: flat"];
+        assert_eq!(told(found.into_iter()), few);
+        let many = found.into_iter().chain([("d", "inwards")]);
+        assert_eq!(told(many), ["a and 3 more: inwards", "b: flat"]);
+    }
 }

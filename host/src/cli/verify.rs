@@ -1,10 +1,11 @@
 //! `lacuna verify`.
 
 use super::{Common, Failure, bar, inputs, say};
+use crate::complete::clean::clean;
+use crate::complete::noise::widest;
 use crate::complete::start::Thinned;
-use crate::complete::{Options, prepare};
+use crate::complete::{Options, Start, prepare, start};
 use crate::fit::Digests;
-use crate::mesh::Mesh;
 use crate::sentence::sentence;
 use crate::verify::{CLASSES, Case, Report, verify, verify_core};
 use lacuna::{Model, Schedule};
@@ -65,7 +66,8 @@ impl Verify {
         let progress = bar(self.scans.len() as u64, "verifying");
         let mut reports = Vec::new();
         for path in &self.scans {
-            let case = registered(&path.display().to_string(), &bytes, &inputs::scan(Some(path))?.mesh)?;
+            let scan = prepare(&model, &inputs::scan(Some(path))?.mesh, &Options::of(&model))?;
+            let case = case(&path.display().to_string(), &bytes, &model, scan.start);
             reports.push(verify_core(&case, Schedule::of(&model), None)?);
             progress.inc(1);
         }
@@ -75,12 +77,10 @@ impl Verify {
 }
 
 /// A scan in the pose that registration finds, to be refined by the core.
-fn registered(name: &str, bytes: &[u8], scan: &Mesh) -> Result<Case, Failure> {
-    let model = inputs::model(bytes, None)?;
-    let start = prepare(&model, scan, &Options::of(&model))?.start;
-    let rounds = start.rounds(&model);
+fn case(name: &str, bytes: &[u8], model: &Model<'_>, start: Start) -> Case {
+    let rounds = start.rounds(model);
     let Thinned { points, rough, .. } = start.thinned;
-    Ok(Case { name: name.into(), model: bytes.to_vec(), points, pose: rough.pose, rounds, volumes: None })
+    Case { name: name.into(), model: bytes.to_vec(), points, pose: rough.pose, rounds, volumes: None }
 }
 
 /// All fixtures against their golden digests.
@@ -98,7 +98,10 @@ pub fn fixtures() -> Result<Vec<Report>, Failure> {
     }
     let bytes = inputs::model_bytes(None)?;
     let model = inputs::model(&bytes, None)?;
-    let case = registered(BUILT_IN, &bytes, &inputs::scan(None)?.mesh)?;
+    // As firmware carries it: without the small pieces.
+    let example = clean(&inputs::scan(None)?.mesh, widest(&model)).scan;
+    let start = start(&model, &example, &Options::of(&model))?;
+    let case = case(BUILT_IN, &bytes, &model, start);
     reports.push(verify_core(&case, Schedule::of(&model), golden(BUILT_IN))?);
     progress.finish_and_clear();
     Ok(reports)

@@ -94,6 +94,6 @@ fn grids() -> Vec<Nasty> {
         case("crowded.ply", ply(&points, &with(&[[0, 1, 100], [1, 0, 100]])), Accepted(144, 243)),
         case("loose.ply", ply(&loose, &apart), Accepted(144, 242)),
         case("no_area.ply", ply(&flat, &triangles), Refused("has an area")),
-        case("spike.ply", ply(&spike, &with(&[[0, 1, 144]])), Accepted(145, 243)),
+        case("spike.ply", ply(&spike, &with(&[[0, 1, 144]])), Accepted(144, 242)),
     ]
 }

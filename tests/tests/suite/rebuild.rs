@@ -1,14 +1,22 @@
 //! The built-in model follows from seeds: rebuilt here as `lacuna synth heads` and `lacuna train` make it, and
 //! compared byte by byte.
 
-use lacuna::Model;
+use lacuna::cloud::Bytes;
+use lacuna::completion::Settings;
+use lacuna::pose_fit::ROUNDS;
+use lacuna::{Fixed, Model, Reach, Schedule};
+use lacuna_host::complete::clean::clean;
+use lacuna_host::complete::noise::widest;
+use lacuna_host::complete::{Options, start};
+use lacuna_host::fit::fit;
 use lacuna_host::io::{self, PlyOut, write_ply};
 use lacuna_host::mesh::Mesh;
+use lacuna_host::points::PackedPoints;
 use lacuna_host::synth::Head;
 use lacuna_host::train::align::{Align, Way, align};
 use lacuna_host::train::model_file::calibrated;
-use lacuna_host::train::{Settings, train};
-use lacuna_tests::program::succeeds;
+use lacuna_host::train::{self, train};
+use lacuna_tests::program::{json, succeeds};
 
 /// Heads as they come back from the files that `lacuna synth heads` writes: coordinates are single precision.
 fn heads(count: u64) -> Vec<Mesh> {
@@ -25,11 +33,11 @@ fn heads(count: u64) -> Vec<Mesh> {
 fn the_built_in_model_is_what_its_seeds_make() {
     let aligned = align(&heads(30), Align::Auto, 1, &|_, _| ()).unwrap();
     assert!(matches!(aligned.way, Way::Drawn(Some(_))), "the heads are in one pose");
-    let settings = Settings {
+    let settings = train::Settings {
         class: "head".into(),
         spacing: Some(3.3),
         apart: aligned.way.apart(),
-        ..Settings::default()
+        ..train::Settings::default()
     };
     let bytes = train(&aligned.shapes, &settings, &|_, _| ()).unwrap();
     assert_eq!(Model::from_bytes(&bytes).unwrap().calibration(), None);
@@ -63,9 +71,26 @@ fn the_built_in_model_is_calibrated() {
     assert!(low < 1.0 && high > 1.0 && high < 4.0, "{low} to {high}");
 }
 
+/// Without its small pieces: the case is older than they are, and its digests stay what they were.
 #[test]
 fn the_packed_scan_is_the_example_scan_where_registration_finds_it() {
+    let model = lacuna_tests::model();
+    let example = io::parse(io::Format::Ply, lacuna_fixtures::SCAN).unwrap();
+    let large = clean(&example, widest(&model)).scan;
+    let start = start(&model, &large, &Options::of(&model)).unwrap();
+    let bytes = start.packed().to_bytes(&start.thinned.rough.pose, false);
+    assert!(bytes == lacuna_fixtures::PACKED_SCAN);
+}
+
+#[test]
+fn a_packed_scan_is_what_a_completion_fits() {
     let folder = tempfile::tempdir().unwrap();
-    succeeds(folder.path(), &["register", "--pack", "front.cloud"]);
-    assert!(std::fs::read(folder.path().join("front.cloud")).unwrap() == lacuna_fixtures::PACKED_SCAN);
+    succeeds(folder.path(), &["register", "--pack", "scan.cloud"]);
+    let bytes = std::fs::read(folder.path().join("scan.cloud")).unwrap();
+    let (model, scan) = (lacuna_tests::model(), Bytes(&bytes));
+    let points = PackedPoints { points: scan.points().collect(), step: scan.step() };
+    let settings = Settings { reach: Reach::of(&model), rounds: &ROUNDS, schedule: Schedule::of(&model) };
+    let found = fit::<Fixed>(&model, &points, &scan.pose(), settings).unwrap().digests;
+    let completed = json(folder.path(), &["complete", "--no-picture", "--json"]);
+    assert_eq!(serde_json::to_value(found).unwrap(), completed["digests"]);
 }
