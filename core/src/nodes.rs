@@ -162,7 +162,7 @@ pub struct Extent {
 }
 
 impl Extent {
-    /// Counts without a buffer.
+    /// Counts without a buffer: every node of the grid looks at the cells around it.
     pub fn of(model: &Model<'_>, stride: u8) -> Self {
         let [width, height, depth] = model.grid().node_sides(stride);
         let area = product([width, height, 1]);

@@ -46,6 +46,12 @@ impl Mesh {
         (b - a).cross(&(c - a)).norm() / 2.0
     }
 
+    /// Unit normal of triangle `index`; zero for one without area.
+    pub fn normal_of(&self, index: usize) -> Vector {
+        let [a, b, c] = self.corners(index);
+        (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_else(Vector::zeros)
+    }
+
     /// Area of all triangles.
     pub fn area(&self) -> f64 {
         // Plus 0: the sum of nothing is -0.

@@ -59,25 +59,26 @@ pub fn estimate(points: &[Point]) -> Vec<Vector> {
     place_of.iter().map(|place| place.map_or_else(Vector::zeros, |p| normals[p])).collect()
 }
 
-/// Points whose nearest neighbour is looked at.
+/// Points that are asked for a neighbour.
 const ASKED: usize = 5000;
 
-/// Share of the normals that face against the one of the nearest other place.
-pub fn disagreement(points: &[Point], normals: &[Vector]) -> f64 {
+/// Some points of a cloud, evenly chosen, and the `number`-th nearest place of each that is not its own: how far away that
+/// is, and the cosine between the normals.
+pub fn neighbours(points: &[Point], normals: &[Vector], number: u32) -> Vec<(f64, f64)> {
     let (places, place_of) = distinct(points);
-    let mut facing = vec![Vector::zeros(); places.len()];
-    for (place, normal) in place_of.iter().zip(normals) {
-        place.iter().for_each(|&place| facing[place] = *normal);
+    let mut point_at = vec![0; places.len()];
+    for (point, place) in place_of.iter().enumerate() {
+        place.iter().for_each(|&place| point_at[place] = point);
     }
     let cloud: Vec<Place> = places.iter().map(|p| Place(p.coords.into())).collect();
     let tree = KDTree::new(&cloud);
-    let against = |&i: &usize| {
-        let near = nearest(&tree, &cloud[i], 2).members;
-        let other = near.into_iter().map(|m| m as usize).find(|&m| m != i);
-        other.is_some_and(|other| facing[i].dot(&facing[other]) < 0.0)
+    let neighbour = |place: usize| {
+        let near = nearest(&tree, &cloud[place], number + 1).members;
+        let other = near.into_iter().map(|m| m as usize).filter(|&m| m != place).nth(number as usize - 1)?;
+        let [a, b] = [place, other].map(|place| point_at[place]);
+        Some(((points[a] - points[b]).norm(), normals[a].dot(&normals[b])))
     };
-    let asked = evenly(places.len(), ASKED);
-    asked.clone().filter(against).count() as f64 / asked.count().max(1) as f64
+    evenly(places.len(), ASKED).filter_map(neighbour).collect()
 }
 
 /// The distinct positions on the grid, sorted, and for each point the index of its own.

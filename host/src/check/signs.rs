@@ -1,7 +1,7 @@
 //! Normals of random sign, as what estimates them of points alone leaves them: each faces either way.
 
 use super::Checked;
-use crate::normals::{disagreement, estimate};
+use crate::normals::{estimate, neighbours};
 
 /// Share of a cloud's normals that face against their neighbours', from which on nothing can be told of them: of random
 /// signs it is a half, of a scan of an ear, whose two sides lie close together, less than a tenth.
@@ -13,7 +13,9 @@ pub(super) fn check(checked: &mut Checked) {
     if mesh.normals.is_empty() {
         return;
     }
-    let share = disagreement(&mesh.points, &mesh.normals);
+    let pairs = neighbours(&mesh.points, &mesh.normals, 1);
+    let against = pairs.iter().filter(|(_, cosine)| *cosine < 0.0).count();
+    let share = against as f64 / pairs.len().max(1) as f64;
     if share > RANDOM {
         mesh.normals = estimate(&mesh.points);
         checked.repaired(format!(

@@ -52,7 +52,7 @@ pub struct ExpectedError<'a> {
     calibrated: bool,
     measured: Option<Share>,
     inferred: Option<Share>,
-    /// A part of both; 0 for one view.
+    /// A part of both; 0 for one view whose points are close together.
     hidden: f32,
     /// Lengths of it in voxels.
     calibration: Option<&'a Calibration>,
@@ -171,10 +171,7 @@ impl<'a> ExpectedError<'a> {
         let (measured, inferred) = (part(self.measured), part(self.inferred));
         let hidden = self.hidden;
         let views = if hidden > 0.0 {
-            format!(
-                "; {} {symbol} of it for how several views lie beside each other",
-                digits(hidden.into(), 2)
-            )
+            format!("; {} {symbol} of it for what the scan does not show", digits(hidden.into(), 2))
         } else {
             String::new()
         };

@@ -8,12 +8,12 @@ use super::start::Start;
 use super::{diffusion, level};
 use crate::distance::Surface;
 use crate::fit::Fit;
-use crate::mesh::Point;
+use crate::mesh::{Mesh, Point};
 use crate::points::OrientedPoints;
 use crate::register::{Placed, joint};
 use crate::uncertainty::Cue;
-use crate::uncertainty::hidden;
 use crate::uncertainty::posterior::Posterior;
+use crate::uncertainty::{coarse, hidden};
 use lacuna::corners::Weights;
 use lacuna::cube::Cube;
 use lacuna::pose_row::steepness;
@@ -76,10 +76,12 @@ impl<'m> Fitted<'m> {
     }
 
     /// What is known at each vertex of the completed mesh about its error.
-    pub fn cues(&self, model: &Model<'_>, merged: &Merged) -> Vec<Cue> {
+    pub fn cues(&self, model: &Model<'_>, scan: &Mesh, merged: &Merged) -> Vec<Cue> {
         let Some(posterior) = &self.posterior else { return vec![] };
-        let hidden = hidden::error(&self.points.normals) * model.header().scales.millimetre;
-        cues(posterior, &self.placed, merged, hidden)
+        let views = hidden::error(&self.points.normals) * model.header().scales.millimetre;
+        let between =
+            coarse::error(scan, self.placed.class_millimetre(model)) as f32 * self.placed.pose.scale;
+        cues(posterior, &self.placed, merged, libm::hypotf(views, between))
     }
 
     /// How the points, of `all` in the scan, lie on the surface of the local fit.

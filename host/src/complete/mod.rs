@@ -181,7 +181,7 @@ pub fn complete_by(
     let limits = Limits { motion: MOTION * unit, sideways: measured.sideways, step: STEP * unit };
     let merged = merge::merge(&whole, &measured.surface, &limits);
     let clutter = Clutter::of(&scan, &merged.mesh, APART * unit);
-    let cues = fitted.cues(model, &merged);
+    let cues = fitted.cues(model, &scan, &merged);
     let expected = Expected::new(&cues, model, placed.pose.scale);
     let expected_shares = shares(&expected.errors, &|v| merged.labels[v] == MEASURED);
     let [_, inferred] = expected_shares;

@@ -108,7 +108,18 @@ impl Findings {
 
 /// What is to be said about a pose that was found for a scan, `scale` times as large as the class.
 pub fn of_pose(found: &Registration, scale: f64) -> impl Iterator<Item = (Grade, String)> {
-    doubtful(found).or_else(|| scene(found.inliers)).into_iter().chain(size(scale))
+    let little = doubtful(found).or_else(|| scene(found.inliers));
+    little.into_iter().chain(ambiguous(found.inliers, found.runner_up)).chain(size(scale))
+}
+
+/// What it means that another pose explains as much of a scan; none where it does not.
+fn ambiguous(pose: f64, runner_up: f64) -> Option<(Grade, String)> {
+    let text = format!(
+        "another pose explains {} of the scan, this one {}: the scan does not tell which is right",
+        percent(runner_up),
+        percent(pose)
+    );
+    (runner_up > AMBIGUOUS * pose).then_some((Grade::Check, text))
 }
 
 /// Whether what a pose explains lies exactly on a usual shape: then the rest of the scan is clutter. (A sphere, of which a
@@ -198,15 +209,7 @@ impl Verdict {
             grade,
             format!("the best pose explains only {} of the scan near the model: {guess}", percent(explained)),
         );
-        findings.add(
-            runner_up > AMBIGUOUS * pose,
-            Grade::Check,
-            format!(
-                "another pose explains {} of the scan, this one {}: the scan does not tell which is right",
-                percent(runner_up),
-                percent(pose)
-            ),
-        );
+        findings.extend(ambiguous(pose, runner_up));
         findings.add(
             self.outside_share > 0.3,
             Grade::Check,
@@ -301,6 +304,8 @@ mod tests {
         let vague = Verdict { expected: Some(4.5), ..typical() };
         assert_eq!(vague.clone().judged(1.0, "mm").grade, Grade::Check);
         assert_eq!(vague.judged(2.0, "mm").grade, Grade::Good, "a class twice as large");
+        let upside_down = Verdict { pose_inliers: [0.99, 0.98], ..typical() }.judged(1.0, "mm");
+        assert_eq!((upside_down.grade, upside_down.reasons.len()), (Grade::Check, 1), "or not: a mug");
         let scene = Verdict { pose_inliers: [0.6, 0.2], ..typical() };
         assert_eq!(scene.clone().judged(1.0, "mm").grade, Grade::Check, "among hair");
         let of = |exactness, weight_norm| Verdict { exactness, weight_norm, ..scene.clone() };
@@ -330,6 +335,7 @@ mod tests {
         };
         let told = |found: &Registration| of_pose(found, 1.0).map(|(grade, _)| grade).collect::<Vec<_>>();
         assert_eq!(told(&found(0.9, 0.0, 0.7)), []);
+        assert_eq!(told(&Registration { runner_up: 0.85, ..found(0.9, 0.0, 0.7) }), [Grade::Check], "a mug");
         assert_eq!(told(&found(0.33, 0.0, 0.67)), [Grade::Check], "a head with shoulders");
         assert_eq!(told(&found(0.17, 0.0, 0.67)), [Grade::Reject], "a femur");
         assert_eq!(told(&found(0.17, 0.0, 0.8)), [Grade::Check], "a face among hair and clothes");

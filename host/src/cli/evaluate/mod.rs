@@ -213,7 +213,9 @@ impl Evaluate {
     fn described(&self, method: Option<&Method>) -> Vec<(&'static str, String)> {
         let list =
             |paths: &[PathBuf]| paths.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ");
-        let counts: Vec<String> = self.counts().iter().map(usize::to_string).collect();
+        // Departures are looked at for the first of them.
+        let counted = if method.is_some() { usize::MAX } else { 1 };
+        let counts: Vec<String> = self.counts().iter().take(counted).map(usize::to_string).collect();
         vec![
             ("program", format!("lacuna {}", env!("CARGO_PKG_VERSION"))),
             ("training shapes", list(&self.train)),
