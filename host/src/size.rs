@@ -1,6 +1,8 @@
 //! Sizes of meshes, and in which unit they would fit.
 
 use crate::mesh::Mesh;
+use crate::picks::evenly;
+use crate::quantile::median;
 use crate::unit;
 use lacuna::format::Unit;
 use std::ops::RangeInclusive;
@@ -9,6 +11,18 @@ use std::ops::RangeInclusive;
 pub const LIMIT: f64 = 6.0;
 /// Within this factor a size would fit.
 const FITTING: f64 = 2.5;
+
+/// Triangles that are asked how long they are.
+const ASKED: usize = 1000;
+
+/// Median of the longest sides of some triangles, evenly chosen; 0 without any.
+pub fn usual_side(mesh: &Mesh) -> f64 {
+    let longest = |t: usize| {
+        let [a, b, c] = mesh.corners(t);
+        (b - a).norm().max((c - b).norm()).max((a - c).norm())
+    };
+    median(evenly(mesh.triangles.len(), ASKED).map(longest).collect()).unwrap_or(0.0)
+}
 
 /// Share of the points that may lie anywhere, at either end of each axis: a speck some metres away is left out later.
 const STRAY: f64 = 0.002;

@@ -3,7 +3,7 @@
 
 use super::{Checked, counted};
 use crate::mesh::{Mesh, Point};
-use crate::quantile::median;
+use crate::size::usual_side;
 
 /// A needle is so many times as long as triangles of its mesh usually are, and as its own shortest side.
 const LONG: f64 = 30.0;
@@ -25,10 +25,12 @@ pub(super) fn check(checked: &mut Checked) {
 
 /// Whether each triangle is one.
 fn needles(mesh: &Mesh) -> Vec<bool> {
-    let sides: Vec<[f64; 2]> = (0..mesh.triangles.len()).map(|t| sides(mesh.corners(t))).collect();
-    let usual = median(sides.iter().map(|[_, longest]| *longest).collect()).unwrap_or(0.0);
-    let needle = |[shortest, longest]: &[f64; 2]| *longest > LONG * usual && *longest > LONG * shortest;
-    sides.iter().map(needle).collect()
+    let usual = usual_side(mesh);
+    let needle = |t: usize| {
+        let [shortest, longest] = sides(mesh.corners(t));
+        longest > LONG * usual && longest > LONG * shortest
+    };
+    (0..mesh.triangles.len()).map(needle).collect()
 }
 
 /// Lengths of a triangle's shortest and longest side.
