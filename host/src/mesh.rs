@@ -40,6 +40,14 @@ impl Mesh {
         if self.is_cloud() { self.points.len() } else { self.triangles.len() }
     }
 
+    /// Lengths of the sides of triangle `index`, the shortest first.
+    pub fn sides_of(&self, index: usize) -> [f64; 3] {
+        let [a, b, c] = self.corners(index);
+        let mut sides = [(b - a).norm(), (c - b).norm(), (a - c).norm()];
+        sides.sort_by(f64::total_cmp);
+        sides
+    }
+
     /// Area of triangle `index`.
     pub fn area_of(&self, index: usize) -> f64 {
         let [a, b, c] = self.corners(index);

@@ -18,8 +18,8 @@ const ASKED: usize = 1000;
 /// Median of the longest sides of some triangles, evenly chosen; 0 without any.
 pub fn usual_side(mesh: &Mesh) -> f64 {
     let longest = |t: usize| {
-        let [a, b, c] = mesh.corners(t);
-        (b - a).norm().max((c - b).norm()).max((a - c).norm())
+        let [_, _, longest] = mesh.sides_of(t);
+        longest
     };
     median(evenly(mesh.triangles.len(), ASKED).map(longest).collect()).unwrap_or(0.0)
 }
@@ -29,7 +29,12 @@ const STRAY: f64 = 0.002;
 
 /// Longest side of a mesh, stray points aside.
 pub fn of_mesh(mesh: &Mesh) -> f64 {
-    usual_bounds(mesh).into_iter().map(|[low, high]| high - low).fold(0.0, f64::max)
+    longest(&usual_bounds(mesh))
+}
+
+/// Longest side of a box.
+pub fn longest(bounds: &[[f64; 2]; 3]) -> f64 {
+    bounds.iter().map(|[low, high]| high - low).fold(0.0, f64::max)
 }
 
 /// Lowest and highest coordinate along each axis, stray points aside.

@@ -2,7 +2,7 @@
 //! sampled all the way.
 
 use super::{Checked, counted};
-use crate::mesh::{Mesh, Point};
+use crate::mesh::Mesh;
 use crate::size::usual_side;
 
 /// A needle is so many times as long as triangles of its mesh usually are, and as its own shortest side.
@@ -27,21 +27,16 @@ pub(super) fn check(checked: &mut Checked) {
 fn needles(mesh: &Mesh) -> Vec<bool> {
     let usual = usual_side(mesh);
     let needle = |t: usize| {
-        let [shortest, longest] = sides(mesh.corners(t));
+        let [shortest, _, longest] = mesh.sides_of(t);
         longest > LONG * usual && longest > LONG * shortest
     };
     (0..mesh.triangles.len()).map(needle).collect()
 }
 
-/// Lengths of a triangle's shortest and longest side.
-fn sides([a, b, c]: [Point; 3]) -> [f64; 2] {
-    let all = [(b - a).norm(), (c - b).norm(), (a - c).norm()];
-    [all.into_iter().fold(f64::INFINITY, f64::min), all.into_iter().fold(0.0, f64::max)]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::Point;
     use crate::surface::shapes::sheet;
 
     fn checked(mesh: Mesh) -> Checked {

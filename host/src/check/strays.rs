@@ -2,7 +2,7 @@
 
 use super::{Checked, counted};
 use crate::mesh::{Mesh, Point};
-use crate::size::usual_bounds;
+use crate::size::{longest, usual_bounds};
 
 /// A stray is so many lengths of the cloud away from it.
 const FAR: f64 = 10.0;
@@ -11,7 +11,7 @@ const FAR: f64 = 10.0;
 pub(super) fn check(checked: &mut Checked) {
     let mesh = &checked.mesh;
     let bounds = usual_bounds(mesh);
-    let length = bounds.iter().map(|[low, high]| high - low).fold(0.0, f64::max);
+    let length = longest(&bounds);
     let reach = FAR * length;
     let near = |p: &Point| {
         bounds.iter().zip(p.iter()).all(|([low, high], c)| (low - reach..=high + reach).contains(c))

@@ -62,9 +62,7 @@ impl Subject {
         if self.flip {
             mesh = Alternative::Flipped.of(&mesh);
         }
-        check::scan(Loaded { mesh, repairs }, model, self.unit(model))
-            .usable()
-            .map_err(|refused| self.named(&refused))
+        usable(self.scan.as_deref(), Loaded { mesh, repairs }, model, self.unit(model))
     }
 
     /// The scan as the one depth image that it is.
@@ -102,9 +100,29 @@ impl Subject {
 
     /// An error with the scan it belongs to.
     pub fn named(&self, error: &dyn std::error::Error) -> Failure {
-        let name = self.scan.as_ref().map_or("the example scan".into(), |path| path.display().to_string());
-        format!("{name}: {error}").into()
+        named(self.scan.as_deref(), error)
     }
+}
+
+/// An error with the scan it belongs to.
+fn named(path: Option<&Path>, error: &dyn std::error::Error) -> Failure {
+    let name = path.map_or("the example scan".into(), |path| path.display().to_string());
+    format!("{name}: {error}").into()
+}
+
+/// A scan in the model's unit, taken to be in `unit`, checked and repaired, and what was found.
+fn usable(
+    path: Option<&Path>,
+    scan: Loaded,
+    model: &Model<'_>,
+    unit: Unit,
+) -> Result<(Mesh, Vec<String>), Failure> {
+    check::scan(scan, model, unit).usable().map_err(|refused| named(path, &refused))
+}
+
+/// A scan in the model's unit from a file, or the example scan, as [`Subject::mesh`] has it.
+pub fn usable_scan(path: Option<&Path>, model: &Model<'_>) -> Result<Mesh, Failure> {
+    Ok(usable(path, scan(path)?, model, model.header().unit)?.0)
 }
 
 /// The bytes of a model file, or of the built-in model.

@@ -66,8 +66,9 @@ impl Verify {
         let progress = bar(self.scans.len() as u64, "verifying");
         let mut reports = Vec::new();
         for path in &self.scans {
-            let scan = prepare(&model, &inputs::scan(Some(path))?.mesh, &Options::of(&model))?;
-            let case = case(&path.display().to_string(), &bytes, &model, scan.start);
+            let scan = inputs::usable_scan(Some(path), &model)?;
+            let start = prepare(&model, &scan, &Options::of(&model))?.start;
+            let case = case(&path.display().to_string(), &bytes, &model, start);
             reports.push(verify_core(&case, Schedule::of(&model), None)?);
             progress.inc(1);
         }

@@ -23,6 +23,7 @@ use crate::size;
 use crate::unit;
 use field::Field;
 use joint::{refine, refined, settled};
+use lacuna::format::Unit;
 use lacuna::pose_fit::Round;
 use lacuna::{Model, Pose};
 use planes::without_planes;
@@ -212,7 +213,7 @@ const MOST_FINALS: usize = 8;
 /// A scan that is too small, of another size, or unlike the model.
 pub fn register(model: &Model<'_>, scan: &Mesh, seed: u64) -> Result<Registration, Error> {
     let field = Field::of_model(model);
-    check_size(scan, &field, model)?;
+    check_size(scan, &field, model, model.header().unit)?;
     let prepared = Prepared::new(scan, &field, model, seed);
     let points = &prepared.points;
     prepared.check()?;
@@ -277,11 +278,15 @@ pub fn refine_whole(model: &Model<'_>, shape: &Mesh, known: &Placed) -> Result<R
     Ok(whole.registration(found, 0.0))
 }
 
-/// Refuses scans that cannot be of the model's size in the model's unit.
-fn check_size(scan: &Mesh, field: &Field, model: &Model<'_>) -> Result<(), Error> {
+/// Refuses scans, in the model's unit, that cannot be of its size, and offers another unit than the one they were `taken`
+/// to be in.
+///
+/// # Errors
+/// [`Error::Size`].
+pub fn check_size(scan: &Mesh, field: &Field, model: &Model<'_>, taken: Unit) -> Result<(), Error> {
     let model_size = field.size * f64::from(model.header().spacing);
     let size = size::of_mesh(scan);
-    let Some(hint) = size::misfit(size, model_size, model.header().unit) else { return Ok(()) };
+    let Some(hint) = size::misfit(size, model_size, taken) else { return Ok(()) };
     let symbol = unit::symbol(model.header().unit);
     Err(Error::Size { scan: size, model: model_size, unit: symbol, limit: size::LIMIT, hint })
 }

@@ -20,7 +20,8 @@ use std::cmp::Ordering;
 use std::sync::atomic::{self, AtomicU64};
 
 /// Whether the shapes are aligned before training.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Align {
     /// By a search if they are not in one pose already; then, or else, drawn to their mean.
     Auto,

@@ -25,7 +25,8 @@ const PER_NODE: [u64; 2] = [5, 32];
 const PER_TRIANGLE: u64 = 480;
 const PER_VERTEX: u64 = 64;
 /// Least share of a grid's brick cells that are stored, where there are so many cells that it matters: a closed surface in a
-/// grid of 75 cells a side, two cells thick, which is less than a band is on so fine a grid. The exact number is known only when all distances are measured.
+/// grid of 75 cells a side, two cells thick, which is less than a band is on so fine a grid. The exact number is known only
+/// when all distances are measured.
 const STORED: f64 = 0.15;
 /// Bytes of a voxel of a whole volume, for each shape: distance, deviation from the mean, and component.
 const PER_WHOLE: u64 = 8 + 8 + 8;

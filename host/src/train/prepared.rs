@@ -100,10 +100,8 @@ impl Prepared {
         let spacing = self.plan.lattice.spacing as f32;
         let column = |v: &&Volume| band.iter().map(|&i| v.distances[i] / spacing).collect();
         let columns: Vec<Vec<f32>> = volumes.iter().map(column).collect();
-        let pca = pca::pca(
-            &columns,
-            self.settings.modes.map_or(usize::from(MAX_MODES), |modes| modes.min(usize::from(MAX_MODES))),
-        );
+        let most = self.settings.modes.unwrap_or(usize::MAX).min(usize::from(MAX_MODES));
+        let pca = pca::pca(&columns, most);
         if pca.modes.is_empty() {
             return Err(Error::NoVariation);
         }

@@ -1,6 +1,7 @@
 //! The same bits on every build. Run it in debug and release, and on every target there is: only then is it a
 //! test of portability.
 
+use lacuna_host::io;
 use lacuna_tests::program::{json, succeeds};
 use std::collections::BTreeSet;
 use tempfile::tempdir;
@@ -15,6 +16,19 @@ fn this_build_computes_the_golden_bits() {
         let (case, digests) = (&report["case"], &report["digests"]);
         assert_eq!(digests, &report["golden"], "case {case}: not the golden digests");
     }
+}
+
+/// Repaired, without specks, and with the small pieces that belong to the shape.
+#[test]
+fn a_scan_is_verified_as_it_is_completed() {
+    let folder = tempdir().unwrap();
+    let mut scan = io::parse(io::Format::Ply, lacuna_fixtures::SCAN).unwrap();
+    let away = scan.triangles[scan.triangles.len() / 2][0];
+    scan.points[away as usize].x += 3000.0;
+    io::write_ply(&folder.path().join("scan.ply"), &io::PlyOut::new(&scan)).unwrap();
+    let verified = json(folder.path(), &["verify", "scan.ply", "--json"]);
+    let completed = json(folder.path(), &["complete", "scan.ply", "--no-picture", "--json"]);
+    assert_eq!(verified[0]["digests"], completed["digests"]);
 }
 
 #[test]

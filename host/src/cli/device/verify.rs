@@ -52,7 +52,7 @@ impl Verify {
         let bytes = inputs::model_bytes(self.model.as_deref())?;
         let model = inputs::model(&bytes, self.model.as_deref())?;
         let mut reports = vec![];
-        for (name, mesh) in self.meshes()? {
+        for (name, mesh) in self.meshes(&model)? {
             let schedule = Schedule::of(&model);
             let start = prepare(&model, &mesh, &Options::of(&model))?.start;
             let hint = pose_fit::Hint::Exact;
@@ -79,15 +79,15 @@ impl Verify {
     }
 
     /// Scans by name.
-    fn meshes(&self) -> Result<Vec<(String, Mesh)>, Failure> {
+    fn meshes(&self, model: &Model<'_>) -> Result<Vec<(String, Mesh)>, Failure> {
         if self.scans.is_empty() {
-            let example = ("the example scan".to_owned(), inputs::scan(None)?.mesh);
+            let example = ("the example scan".to_owned(), inputs::usable_scan(None, model)?);
             let sides = [("front", Kind::Front), ("side", Kind::Side)];
             return Ok(std::iter::once(example)
                 .chain(sides.map(|(name, kind)| synthetic(name, kind)))
                 .collect());
         }
-        let read = |path: &PathBuf| Ok((path.display().to_string(), inputs::scan(Some(path))?.mesh));
+        let read = |path: &PathBuf| Ok((path.display().to_string(), inputs::usable_scan(Some(path), model)?));
         self.scans.iter().map(read).collect()
     }
 }

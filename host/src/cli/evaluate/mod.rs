@@ -223,6 +223,7 @@ impl Evaluate {
             ("counts", counts.join(", ")),
             ("draws, seed", format!("{}, {}", self.draws, self.seed)),
             ("unit", unit::symbol(self.unit).into()),
+            ("pose of the training shapes", json(&self.align)),
             ("pose of the targets", json(&self.pose)),
             ("voxel edge", self.spacing.map_or("chosen from the size".into(), |s| s.to_string())),
             ("method", method.map_or("each departure from the paper alone".into(), json)),

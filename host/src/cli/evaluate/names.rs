@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-/// The names of files, each given once, without their endings; where these are not enough to tell the files apart, with as many folders in
-/// front as are, and with the endings if nothing else differs.
+/// The names of files, each given once, without their endings; where these are not enough to tell the files apart, with as
+/// many folders in front as are, and with the endings if nothing else differs.
 pub(super) fn of(paths: &[PathBuf]) -> Vec<String> {
     let most = paths.iter().map(|path| path.components().count()).max().unwrap_or(1);
     let tries = (1..=most).map(|parts| (parts, false)).chain((1..=most).map(|parts| (parts, true)));
