@@ -5,7 +5,7 @@ use lacuna_host::distance::Surface;
 use lacuna_host::io;
 use lacuna_host::mesh::Mesh;
 use lacuna_host::register::Placed;
-use lacuna_host::synth::{Head, Kind, ScannerSettings, scan};
+use lacuna_host::synth::{Head, Kind, ScannerSettings, Surrounding, scan_among};
 use nalgebra::Matrix4;
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -26,8 +26,16 @@ pub struct Sample {
 
 /// A head of seed 1 from one side, in an unknown pose.
 pub fn head(number: u64, kind: Kind) -> Sample {
+    head_among(number, kind, &[])
+}
+
+/// Such a head, scanned among other things.
+pub fn head_among(number: u64, kind: Kind, things: &[Surrounding]) -> Sample {
     let truth = Head::sample(1, number).mesh();
-    let made = scan(&truth, kind, &ScannerSettings::small(), number);
+    let bounds = truth.bounds().expect("a head");
+    let mut others = Mesh::default();
+    things.iter().for_each(|thing| others.append(&thing.mesh(bounds, number)));
+    let made = scan_among(&truth, &others, kind, &ScannerSettings::small(), number);
     Sample {
         name: format!("head {number} {kind:?}"),
         truth,

@@ -68,7 +68,7 @@ pub fn advice(model: &Model<'_>, scan: &Mesh, seed: u64, (explained, size): (f64
         return None;
     }
     [Alternative::Flipped, Alternative::Mirrored, Alternative::Reversed].into_iter().find_map(|alternative| {
-        let found = register::register(model, &alternative.of(scan), seed).ok()?;
+        let found = register::glance(model, &alternative.of(scan), seed).ok()?;
         let after = in_a_possible_size(found.explained(), found.placed.size(model));
         let convinces = after >= CONVINCING[0] && after >= before + CONVINCING[1];
         convinces.then(|| {

@@ -22,16 +22,17 @@ use crate::sentence::sentence;
 use crate::size;
 use crate::unit;
 use field::Field;
-use joint::{refine, refined, settled};
+use joint::{refine, refined};
 use lacuna::format::Unit;
 use lacuna::pose_fit::Round;
 use lacuna::{Model, Pose};
 use planes::without_planes;
-use rank::{Scored, by_what_they_explain, convincing, finals, next_best, possible};
+use rank::{Scored, by_what_they_explain, convincing, finals, next_best, possible, sure};
 use rayon::prelude::*;
 use resize::resized;
 use search::{Effort, Search};
-use trim::trimmed;
+use std::ops::Range;
+use trim::settled_alone;
 
 /// A scan's place in the model: q = pose(p - centre), in voxels.
 #[derive(Clone, Copy, Debug)]
@@ -199,9 +200,13 @@ pub fn centred(points: &OrientedPoints) -> (Point, OrientedPoints) {
     (centre, points)
 }
 
-/// Efforts of the search: at first, and if that does not convince.
+/// Efforts of the first turn of the search, and of the others.
 const EFFORTS: [Effort; 2] =
     [Effort { draws: 300, kept: 24, candidates: 8 }, Effort { draws: 1500, kept: 64, candidates: 24 }];
+/// Turns of a glance: one more than the first if that does not convince.
+const GLANCE: u64 = 2;
+/// Turns of a search, at most: some more, each with pairs of its own, while what was found is not sure.
+const TURNS: u64 = 5;
 /// Candidates that are refined with many points, for what is best with few need not be with many; and the next best.
 const FINALS: usize = 3;
 /// As many of them in all, where several poses explain nearly as much.
@@ -212,33 +217,64 @@ const MOST_FINALS: usize = 8;
 /// # Errors
 /// A scan that is too small, of another size, or unlike the model.
 pub fn register(model: &Model<'_>, scan: &Mesh, seed: u64) -> Result<Registration, Error> {
+    register_within(model, scan, seed, TURNS)
+}
+
+/// Finds the pose of a scan if it is easy to find.
+///
+/// # Errors
+/// As for [`register`].
+pub fn glance(model: &Model<'_>, scan: &Mesh, seed: u64) -> Result<Registration, Error> {
+    register_within(model, scan, seed, GLANCE)
+}
+
+fn register_within(model: &Model<'_>, scan: &Mesh, seed: u64, turns: u64) -> Result<Registration, Error> {
     let field = Field::of_model(model);
     check_size(scan, &field, model, model.header().unit)?;
     let prepared = Prepared::new(scan, &field, model, seed);
     let points = &prepared.points;
     prepared.check()?;
     let search = Search::new(&field, points, 1.0 / f64::from(model.header().spacing), seed);
+    let [mut finals, mut rest] = searched(model, &field, points, &search, 0..GLANCE);
+    for turn in GLANCE..turns {
+        let sure = |best| sure(&field, best, finals.iter().chain(&rest));
+        if finals.first().is_some_and(sure) {
+            break;
+        }
+        let [more, others] = searched(model, &field, points, &search, turn..turn + 1);
+        finals.extend(more);
+        finals.sort_by(by_what_they_explain);
+        rest.extend(others);
+    }
+    let Some((best, others)) = finals.split_first() else { return Err(Error::NoMatch) };
+    let runner_up = next_best(&field, best, others.iter().chain(&rest)).min(best.inliers);
+    Ok(prepared.registration(best.clone(), runner_up))
+}
+
+/// The poses that turns of the search find, best first, and those that were not worth many points.
+fn searched(
+    model: &Model<'_>,
+    field: &Field,
+    points: &OrientedPoints,
+    search: &Search<'_>,
+    turns: Range<u64>,
+) -> [Vec<Scored>; 2] {
     let mut ranked: Vec<Scored> = Vec::new();
-    for (turn, effort) in EFFORTS.into_iter().enumerate() {
-        ranked.extend(refined(model, &field, points, &search.candidates(turn as u64, effort)));
+    for turn in turns {
+        let candidates = search.candidates(turn, EFFORTS[usize::from(turn > 0)]);
+        ranked.extend(refined(model, field, points, &candidates));
         ranked = possible(ranked);
         ranked.sort_by(by_what_they_explain);
-        if convincing(&field, &ranked) {
+        if convincing(field, &ranked) {
             break;
         }
     }
-    let [finals, rest] = finals(&field, ranked, FINALS, MOST_FINALS);
+    let [finals, rest] = finals(field, ranked, FINALS, MOST_FINALS);
     // One that drifts off the model on the way leaves the others.
-    let finals = finals.par_iter().map(|other| settled(model, &field, points, other.pose).ok());
-    let mut finals = possible(finals.flatten().collect());
+    let settled = |other: &Scored| settled_alone(model, field, points, other.pose).ok();
+    let mut finals = possible(finals.par_iter().filter_map(settled).collect());
     finals.sort_by(by_what_they_explain);
-    let finals = resized(model, &field, points, finals);
-    let Some((best, others)) = finals.split_first() else { return Err(Error::NoMatch) };
-    // The others are not trimmed: they are compared with the best as it was before.
-    let next = next_best(&field, best, others.iter().chain(&rest)) / best.inliers.max(f64::MIN_POSITIVE);
-    let best = trimmed(model, &field, points, best.clone());
-    let runner_up = next.min(1.0) * best.inliers;
-    Ok(prepared.registration(best, runner_up))
+    [resized(model, field, points, finals), rest]
 }
 
 /// Seed of the points tried as planes where nothing is searched for.
@@ -252,8 +288,7 @@ pub fn refine_hint(model: &Model<'_>, scan: &Mesh, hint: &Placed) -> Result<Regi
     let field = Field::of_model(model);
     let prepared = Prepared::new(scan, &field, model, SEED);
     let (points, rough) = (&prepared.points, hint.about(prepared.centre).pose);
-    let settled = settled(model, &field, points, rough)?;
-    Ok(prepared.registration(trimmed(model, &field, points, settled), 0.0))
+    Ok(prepared.registration(settled_alone(model, &field, points, rough)?, 0.0))
 }
 
 /// Iterations that draw the model as a whole to a shape.

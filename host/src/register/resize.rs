@@ -2,8 +2,9 @@
 //! refinement ends near the size that it began with.
 
 use super::field::Field;
-use super::joint::{near, settled};
+use super::joint::near;
 use super::rank::{Scored, by_what_they_explain, possible};
+use super::trim::settled_alone;
 use crate::mesh::{Point, Vector};
 use crate::points::OrientedPoints;
 use lacuna::{Model, Pose};
@@ -25,7 +26,7 @@ pub fn resized(
         let Some(best) = finals.first().filter(|best| best.is_among_clutter()) else { break };
         let (pose, explained) = (best.pose, best.explained);
         let middle = middle(points, &near(field, points, &pose));
-        let other = |&growth: &f32| settled(model, field, points, grown(&pose, &middle, growth)).ok();
+        let other = |&growth: &f32| settled_alone(model, field, points, grown(&pose, &middle, growth)).ok();
         finals.extend(GROWTHS.par_iter().filter_map(other).collect::<Vec<_>>());
         finals = possible(finals);
         finals.sort_by(by_what_they_explain);

@@ -3,13 +3,13 @@
 //! is beside.
 
 use super::field::Field;
-use super::joint::{MANY, every_nth, fitted, near, scored, signed_distance};
+use super::joint::{MANY, every_nth, fitted, near, scored, settled, signed_distance};
 use super::rank::{SIZES, Scored};
 use crate::points::OrientedPoints;
-use lacuna::Model;
 use lacuna::corners::Weights;
 use lacuna::cube::Cube;
 use lacuna::pose_fit::{ROUNDS, Round};
+use lacuna::{Model, Pose};
 use nalgebra::Vector3;
 
 /// Points farther from the shape than this, or that face away from it, lie beside it; class millimetres.
@@ -19,8 +19,21 @@ const MISFIT: f32 = 1.0;
 /// How often, while that helps.
 const TURNS: usize = 4;
 
+/// A rough pose settled, and then without what lies beside the shape where clutter may mislead it.
+///
+/// # Errors
+/// As for [`settled`].
+pub fn settled_alone(
+    model: &Model<'_>,
+    field: &Field,
+    points: &OrientedPoints,
+    rough: Pose,
+) -> Result<Scored, lacuna::Error> {
+    Ok(trimmed(model, field, points, settled(model, field, points, rough)?))
+}
+
 /// The pose, or a better one where clutter may mislead it.
-pub fn trimmed(model: &Model<'_>, field: &Field, points: &OrientedPoints, mut best: Scored) -> Scored {
+fn trimmed(model: &Model<'_>, field: &Field, points: &OrientedPoints, mut best: Scored) -> Scored {
     for _ in 0..TURNS {
         if !best.is_among_clutter() {
             break;
