@@ -1,8 +1,9 @@
 //! Registration: where the scan lies in the model's frame, without a hint.
 //!
-//! Tables and walls are left out ([`planes`]). Coarse search over point pairs, then every candidate is refined by the core's
-//! joint estimate of pose and shape, and the one that explains most of the scan wins. A search whose winner does not convince
-//! draws more pairs; among much clutter other sizes are tried ([`resize`]), and what lies beside the shape is left out ([`trim`]).
+//! Tables and walls are left out ([`planes`]). Coarse search over point pairs ([`search`]), then every candidate is refined by
+//! the core's joint estimate of pose and shape ([`joint`]), and the one that explains most of the scan wins ([`rank`]). A search
+//! whose winner does not convince draws more pairs. Among clutter, each of the best is refined again without what lies beside
+//! the shape ([`trim`]), other sizes are tried ([`resize`]), and while what was found is not sure, other pairs are drawn.
 
 pub mod field;
 pub mod joint;
