@@ -68,7 +68,7 @@ pub fn convincing(field: &Field, ranked: &[Scored]) -> bool {
 /// explains. Three wrong poses among 168 scenes with hair: 0.69 to 0.742, 0.69 to 0.98.
 const SURE: [f64; 2] = [0.75, 0.6];
 
-/// Whether a search with other pairs would hardly find a better pose than `best`, as these others were found.
+/// Whether other pairs would hardly lead to a better pose than `best`; `others` were found beside it.
 pub fn sure<'s>(field: &Field, best: &Scored, others: impl IntoIterator<Item = &'s Scored>) -> bool {
     !best.is_among_clutter()
         || best.exactness() >= SURE[0]
