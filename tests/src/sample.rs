@@ -32,9 +32,7 @@ pub fn head(number: u64, kind: Kind) -> Sample {
 /// Such a head, scanned among other things.
 pub fn head_among(number: u64, kind: Kind, things: &[Surrounding]) -> Sample {
     let truth = Head::sample(1, number).mesh();
-    let bounds = truth.bounds().expect("a head");
-    let mut others = Mesh::default();
-    things.iter().for_each(|thing| others.append(&thing.mesh(bounds, number)));
+    let others = Surrounding::meshes(things.iter().copied(), truth.bounds().expect("a head"), number);
     let made = scan_among(&truth, &others, kind, &ScannerSettings::small(), number);
     Sample {
         name: format!("head {number} {kind:?}"),

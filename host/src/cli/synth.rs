@@ -189,12 +189,8 @@ impl OneScan {
 
     /// What is around it.
     fn others(&self, truth: &Mesh) -> Mesh {
-        let mut others = Mesh::default();
-        let Some(bounds) = truth.bounds() else { return others };
-        for with in &self.with {
-            others.append(&with.surrounding().mesh(bounds, self.scan_seed));
-        }
-        others
+        let Some(bounds) = truth.bounds() else { return Mesh::default() };
+        Surrounding::meshes(self.with.iter().map(|with| with.surrounding()), bounds, self.scan_seed)
     }
 
     /// What is scanned.

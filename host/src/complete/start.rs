@@ -209,9 +209,8 @@ mod tests {
         let head = Head::sample(1, 1001).mesh();
         let mut scan = head.clone();
         let bounds = head.bounds().expect("a head");
-        for thing in [Surrounding::Hair, Surrounding::Collar, Surrounding::Table] {
-            scan.append(&thing.mesh(bounds, 1));
-        }
+        let things = [Surrounding::Hair, Surrounding::Collar, Surrounding::Table];
+        scan.append(&Surrounding::meshes(things, bounds, 1));
         let options = Options { hint: Hint::Rough(beside(&model, 2.0)), ..Options::of(&model) };
         let thinned = |scan: &Mesh| start(&model, scan, &options).expect("a start").thinned;
         let (alone, among) = (thinned(&head), thinned(&scan));

@@ -28,7 +28,7 @@ use lacuna::format::Unit;
 use lacuna::pose_fit::Round;
 use lacuna::{Model, Pose};
 use planes::without_planes;
-use rank::{Scored, by_what_they_explain, convincing, finals, next_best, possible, sure};
+use rank::{Scored, convincing, finals, next_best, ranked, sure};
 use rayon::prelude::*;
 use resize::resized;
 use search::{Effort, Search};
@@ -244,7 +244,7 @@ fn register_within(model: &Model<'_>, scan: &Mesh, seed: u64, turns: u64) -> Res
         }
         let [more, others] = searched(model, &field, points, &search, turn..turn + 1);
         finals.extend(more);
-        finals.sort_by(by_what_they_explain);
+        finals = ranked(finals);
         rest.extend(others);
     }
     let Some((best, others)) = finals.split_first() else { return Err(Error::NoMatch) };
@@ -260,21 +260,19 @@ fn searched(
     search: &Search<'_>,
     turns: Range<u64>,
 ) -> [Vec<Scored>; 2] {
-    let mut ranked: Vec<Scored> = Vec::new();
+    let mut found: Vec<Scored> = Vec::new();
     for turn in turns {
         let candidates = search.candidates(turn, EFFORTS[usize::from(turn > 0)]);
-        ranked.extend(refined(model, field, points, &candidates));
-        ranked = possible(ranked);
-        ranked.sort_by(by_what_they_explain);
-        if convincing(field, &ranked) {
+        found.extend(refined(model, field, points, &candidates));
+        found = ranked(found);
+        if convincing(field, &found) {
             break;
         }
     }
-    let [finals, rest] = finals(field, ranked, FINALS, MOST_FINALS);
+    let [finals, rest] = finals(field, found, FINALS, MOST_FINALS);
     // One that drifts off the model on the way leaves the others.
     let settled = |other: &Scored| settled_alone(model, field, points, other.pose).ok();
-    let mut finals = possible(finals.par_iter().filter_map(settled).collect());
-    finals.sort_by(by_what_they_explain);
+    let finals = ranked(finals.par_iter().filter_map(settled).collect());
     [resized(model, field, points, finals), rest]
 }
 

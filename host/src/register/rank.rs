@@ -51,7 +51,7 @@ impl Scored {
 }
 
 /// An order of poses, best first.
-pub fn by_what_they_explain(a: &Scored, b: &Scored) -> Ordering {
+fn by_what_they_explain(a: &Scored, b: &Scored) -> Ordering {
     b.explained.total_cmp(&a.explained)
 }
 
@@ -83,13 +83,14 @@ pub fn next_best<'s>(field: &Field, best: &Scored, others: impl IntoIterator<Ite
     others.map(|other| other.explained / explained * best.inliers).fold(0.0, f64::max)
 }
 
-/// The poses in which the scan has a size that is searched for, or all if there are none: a scan that fits nowhere may be
-/// shrunk until a shape of many times its size explains all of it.
-pub fn possible(mut ranked: Vec<Scored>) -> Vec<Scored> {
-    if ranked.iter().any(|pose| SIZES.contains(&pose.size)) {
-        ranked.retain(|pose| SIZES.contains(&pose.size));
+/// The poses in which the scan has a size that is searched for, or all if there are none (a scan that fits nowhere may be
+/// shrunk until a shape of many times its size explains all of it), best first.
+pub fn ranked(mut poses: Vec<Scored>) -> Vec<Scored> {
+    if poses.iter().any(|pose| SIZES.contains(&pose.size)) {
+        poses.retain(|pose| SIZES.contains(&pose.size));
     }
-    ranked
+    poses.sort_by(by_what_they_explain);
+    poses
 }
 
 /// A pose may still turn out the best with many points if it explains this share of what the best explains with few.
@@ -145,8 +146,8 @@ mod tests {
     #[test]
     fn poses_of_impossible_sizes_are_the_last_resort() {
         let sizes = |all: &[f64]| -> Vec<f64> {
-            let ranked = all.iter().map(|&size| scored(size, 0.0)).collect();
-            possible(ranked).iter().map(|pose| pose.size).collect()
+            let poses = all.iter().map(|&size| scored(size, 0.0)).collect();
+            ranked(poses).iter().map(|pose| pose.size).collect()
         };
         assert_eq!(sizes(&[4.8, 1.3, 0.3, 0.9]), [1.3, 0.9]);
         assert_eq!(sizes(&[4.8, 0.3]), [4.8, 0.3]);

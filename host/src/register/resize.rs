@@ -1,9 +1,9 @@
-//! A scene's pose, found again from other sizes: hair that lies close to a face draws the size of the face to its own, and a
-//! refinement ends near the size that it began with.
+//! A scene's pose, found again from other sizes: hair that lies close to a face, or a collar taken for its jaw, draws the size
+//! of the face to its own, and a refinement ends near the size that it began with.
 
 use super::field::Field;
 use super::joint::near;
-use super::rank::{Scored, by_what_they_explain, possible};
+use super::rank::{Scored, ranked};
 use super::trim::settled_alone;
 use crate::mesh::{Point, Vector};
 use crate::points::OrientedPoints;
@@ -28,8 +28,7 @@ pub fn resized(
         let middle = middle(points, &near(field, points, &pose));
         let other = |&growth: &f32| settled_alone(model, field, points, grown(&pose, &middle, growth)).ok();
         finals.extend(GROWTHS.par_iter().filter_map(other).collect::<Vec<_>>());
-        finals = possible(finals);
-        finals.sort_by(by_what_they_explain);
+        finals = ranked(finals);
         if finals[0].explained <= explained {
             break;
         }

@@ -32,6 +32,13 @@ impl Surrounding {
             Self::Table => table(middle, half),
         }
     }
+
+    /// The surfaces of several as one.
+    pub fn meshes(things: impl IntoIterator<Item = Self>, bounds: (Point, Point), seed: u64) -> Mesh {
+        let mut all = Mesh::default();
+        things.into_iter().for_each(|thing| all.append(&thing.mesh(bounds, seed)));
+        all
+    }
 }
 
 fn hair(middle: Point, half: Vector, waves: &Waves) -> Mesh {

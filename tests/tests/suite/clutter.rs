@@ -92,9 +92,8 @@ fn a_head_among_hair_and_clothes_is_completed_in_its_pose() {
     let truth = similarity_of(&Placed { centre: Point::origin(), pose: exact_pose() });
     for seed in 1..=3 {
         let mut scene = clean.clone();
-        for thing in [Surrounding::Table, Surrounding::Hair, Surrounding::Collar] {
-            scene.append(&thing.mesh(bounds, seed));
-        }
+        let things = [Surrounding::Table, Surrounding::Hair, Surrounding::Collar];
+        scene.append(&Surrounding::meshes(things, bounds, seed));
         let found = completed(&scene, None);
         let off = Difference::between(&similarity_of(&found.placed), &truth, &model());
         println!("seed {seed}: {off:?}, {:?}", found.verdict);

@@ -192,9 +192,10 @@ fn a_table_hair_and_a_collar_do_not_hide_a_head() {
     }
 }
 
-/// Hair that lies on the face and hides its forehead: refined once, these were found 16 to 26 per cent too large.
+/// A collar in place of the neck was taken for the jaw: with sizes compared among it and the hair, these were found 16 to 26 per
+/// cent too large.
 #[test]
-fn hair_on_the_forehead_does_not_give_a_head_its_size() {
+fn a_collar_and_hair_around_a_head_do_not_give_it_their_size() {
     let model = model();
     for number in [1011, 1015, 1018, 1021] {
         let with = [Surrounding::Hair, Surrounding::Collar];
