@@ -5,6 +5,7 @@
 //! far from its origin), in steps of the cloud: 65535 steps over 300 mm are 0.005 mm each.
 
 use crate::error::{Error, OptionName};
+use crate::hint::Hint;
 use crate::pose::Pose;
 use libm::floorf;
 
@@ -65,16 +66,16 @@ impl<'a> Cloud<'a> {
 /// | size | content |
 /// |---|---|
 /// | 4 | f32 step, scan units |
-/// | 52 | rough [`Pose`]: f32 rotation row by row, scale, translation (scan units to voxels) |
-/// | 4 | where the pose is exact in the frame of the training shapes the first byte is not 0; the others are 0 |
+/// | 52 | [`Pose`]: f32 rotation row by row, scale, translation (scan units to voxels) |
+/// | 4 | how well the pose is known: the number of a [`Hint`], then zeros |
 /// | 12 n | points, six i16 each |
 #[derive(Clone, Copy, Debug)]
 pub struct Bytes<'a>(pub &'a [u8]);
 
 /// Bytes before the first point.
 const HEAD: usize = 60;
-/// Where the flag of an exact pose lies.
-const EXACT_AT: usize = 56;
+/// Where the hint lies.
+const HINT_AT: usize = 56;
 
 impl<'a> Bytes<'a> {
     fn number(&self, index: usize) -> f32 {
@@ -87,16 +88,16 @@ impl<'a> Bytes<'a> {
         self.number(0)
     }
 
-    /// The rough pose.
+    /// The pose.
     pub fn pose(&self) -> Pose {
         let n = |i: usize| self.number(i);
         let row = |i: usize| [n(i), n(i + 1), n(i + 2)];
         Pose { rotation: [row(1), row(4), row(7)], scale: n(10), translation: row(11) }
     }
 
-    /// Whether the pose is exact.
-    pub fn exact(&self) -> bool {
-        self.0.get(EXACT_AT).is_some_and(|&flag| flag != 0)
+    /// How well the pose is known.
+    pub fn hint(&self) -> Hint {
+        self.0.get(HINT_AT).map_or(Hint::Rough, |&byte| Hint::from_byte(byte))
     }
 
     /// The points.
@@ -105,15 +106,15 @@ impl<'a> Bytes<'a> {
     }
 
     /// The bytes before the points.
-    pub fn head(step: f32, pose: &Pose, exact: bool) -> [u8; HEAD] {
+    pub fn head(step: f32, pose: &Pose, hint: Hint) -> [u8; HEAD] {
         let numbers = [step].into_iter().chain(pose.rotation.into_iter().flatten());
         let numbers = numbers.chain([pose.scale]).chain(pose.translation);
         let mut head = [0; HEAD];
         for (bytes, number) in head.as_chunks_mut().0.iter_mut().zip(numbers) {
             *bytes = number.to_le_bytes();
         }
-        if let Some(flag) = head.get_mut(EXACT_AT) {
-            *flag = u8::from(exact);
+        if let Some(byte) = head.get_mut(HINT_AT) {
+            *byte = hint.to_byte();
         }
         head
     }
@@ -161,10 +162,10 @@ mod tests {
     fn bytes_give_back_step_pose_and_points() {
         let pose = Pose { scale: 0.25, translation: [1.0, -2.0, 3.5], ..Pose::IDENTITY };
         let mut bytes = [0; HEAD + 12];
-        bytes[..HEAD].copy_from_slice(&Bytes::head(0.125, &pose, true));
+        bytes[..HEAD].copy_from_slice(&Bytes::head(0.125, &pose, Hint::Settled));
         bytes[HEAD..].copy_from_slice(&[1, 0, 0xff, 0xff, 2, 1, 0, 0x40, 0, 0, 0, 0]);
         let back = Bytes(&bytes);
-        assert_eq!((back.step(), back.pose(), back.exact()), (0.125, pose, true));
+        assert_eq!((back.step(), back.pose(), back.hint()), (0.125, pose, Hint::Settled));
         assert!(back.points().eq([[1, -1, 258, 16384, 0, 0]]));
     }
 

@@ -76,6 +76,7 @@ pub mod format;
 pub mod global_fit;
 pub mod gradient;
 pub mod grid;
+mod hint;
 pub mod hull;
 pub mod hull_rows;
 pub mod lent;

@@ -34,6 +34,7 @@ use core::ops::Range;
 use serde::{Deserialize, Serialize};
 
 pub use crate::columns::PATCH;
+pub use crate::hint::Hint;
 
 /// λ of the weights for each of the N points, class millimetres squared.
 pub const RIDGE: f64 = 1e-3;
@@ -89,23 +90,18 @@ pub const ROUNDS: [Round; 4] = [
     ALL,
 ];
 
+/// Joint only: for a pose that was refined before.
+pub const SETTLED: [Round; 2] = [HALF, ALL];
+
 /// Joint only: for a pose that is exact in the frame the training shapes were given in.
 pub const EXACT: [Round; 2] = [Round { tied: true, ..HALF }, Round { tied: true, ..ALL }];
-
-/// How well a pose is known.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Hint {
-    /// Roughly: it is refined.
-    Rough,
-    /// Exactly, in the frame of the training shapes: held, or tied by the model's jitter.
-    Exact,
-}
 
 impl Hint {
     /// How a pose known so well is refined: not at all if it is exact and the shapes were trained on as they lay.
     pub const fn rounds(self, model: &Model<'_>) -> &'static [Round] {
         match (self, model.jitter()) {
             (Self::Rough, _) => &ROUNDS,
+            (Self::Settled, _) => &SETTLED,
             (Self::Exact, Some(_)) => &EXACT,
             (Self::Exact, None) => &[],
         }

@@ -7,6 +7,7 @@ use crate::cubes::{self, Cube, cube};
 use crate::mesh::{Mesh, Point, Vector, bounds};
 use lacuna::cloud::{Bytes, Packed, pack, step_for};
 use lacuna::curve::sort_along_curve;
+use lacuna::pose_fit::Hint;
 use lacuna::{Cloud, Pose};
 use rustc_hash::FxHashMap;
 
@@ -64,10 +65,10 @@ impl OrientedPoints {
 }
 
 impl PackedPoints {
-    /// The points with a rough or exact pose as one block of bytes, for firmware that carries a scan of its own.
-    pub fn to_bytes(&self, pose: &Pose, exact: bool) -> Vec<u8> {
+    /// The points with their pose as one block of bytes, for firmware that carries a scan of its own.
+    pub fn to_bytes(&self, pose: &Pose, hint: Hint) -> Vec<u8> {
         let points = self.points.as_flattened().iter().flat_map(|value| value.to_le_bytes());
-        Bytes::head(self.step, pose, exact).into_iter().chain(points).collect()
+        Bytes::head(self.step, pose, hint).into_iter().chain(points).collect()
     }
 
     /// The points for the core.

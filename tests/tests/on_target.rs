@@ -4,6 +4,7 @@
 //! `LACUNA_WRITE_COUNTS=1` writes the measured table into targets/README.md.
 
 use lacuna::Model;
+use lacuna::pose_fit::Hint;
 use lacuna_fixtures::GOLDEN;
 use lacuna_host::device::{self, Client, Machine, Qemu, Timing};
 use lacuna_host::verify::{Case, Class};
@@ -196,7 +197,7 @@ fn fixtures_with_other_models_compute_the_golden_bits() {
     for (number, class) in lacuna_host::verify::CLASSES.iter().enumerate() {
         let case = Case::synthetic(class).unwrap();
         std::fs::write(&model, &case.model).unwrap();
-        std::fs::write(&cloud, case.points.packed().to_bytes(&case.pose, true)).unwrap();
+        std::fs::write(&cloud, case.points.packed().to_bytes(&case.pose, Hint::Exact)).unwrap();
         let served = class.name == Class::SMALL.name;
         let turn = number % machines.len();
         let chosen = if served { &machines[..] } else { &machines[turn..=turn] };

@@ -48,7 +48,7 @@
 //! |---|---|---|
 //! | 0 | `Hello` version | `Hello` (0) version |
 //! | 1 | `Info` | `Info` (1): machine, budgets, the model's identity or why it is refused |
-//! | 2 | `Begin` scan number, points, step, pose, hint, iterations | `Status` (2) |
+//! | 2 | `Begin` scan number, points, step, pose, hint (0 rough, 1 exact, 2 settled), iterations | `Status` (2) |
 //! | 3 | `Points` number of the first, 12 bytes a point ([`Packed`](crate::cloud::Packed), little endian) | `Status` |
 //! | 4 | `Fit` | `Status` |
 //! | 5 | `Status` | `Status`: state, scan number, points or pixels received and announced |

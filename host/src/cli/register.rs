@@ -53,7 +53,7 @@ impl Register {
         if let Some(path) = &self.pack {
             let start = Start::new(&model, &cleaned.scan, Known::found(found.clone()));
             let start = Prepared::new(&model, cleaned, start).start;
-            let bytes = start.packed().to_bytes(&start.thinned.rough.pose, false);
+            let bytes = start.packed().to_bytes(&start.thinned.rough.pose, start.known.hint);
             io::atomic::write(path, |file| file.write_all(&bytes))?;
         }
         let report = Report {

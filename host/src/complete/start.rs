@@ -106,10 +106,10 @@ pub fn start(model: &Model<'_>, scan: &Mesh, options: &Options<'_>) -> Result<St
 pub fn place(model: &Model<'_>, scan: &Mesh, options: &Options<'_>) -> Result<Known, Error> {
     Ok(match options.hint {
         Hint::None => Known::found(register(model, scan, options.seed)?),
-        Hint::Rough(placed) => {
-            let fitted = refine_hint(model, scan, &placed).ok();
-            Known { placed, hint: pose_fit::Hint::Rough, fitted, runner_up: 0.0 }
-        }
+        Hint::Rough(placed) => match refine_hint(model, scan, &placed).ok() {
+            Some(settled) if settled.hint() == pose_fit::Hint::Settled => Known::found(settled),
+            fitted => Known { placed, hint: pose_fit::Hint::Rough, fitted, runner_up: 0.0 },
+        },
         Hint::Exact(placed) => Known { placed, hint: pose_fit::Hint::Exact, fitted: None, runner_up: 0.0 },
     })
 }
@@ -117,8 +117,8 @@ pub fn place(model: &Model<'_>, scan: &Mesh, options: &Options<'_>) -> Result<Kn
 impl Known {
     /// A pose that was found, which the core refines.
     pub fn found(found: Registration) -> Self {
-        let (placed, runner_up) = (found.placed, found.runner_up);
-        Self { placed, hint: pose_fit::Hint::Rough, fitted: Some(found), runner_up }
+        let (placed, hint, runner_up) = (found.placed, found.hint(), found.runner_up);
+        Self { placed, hint, fitted: Some(found), runner_up }
     }
 }
 
@@ -212,8 +212,10 @@ mod tests {
         let things = [Surrounding::Hair, Surrounding::Collar, Surrounding::Table];
         scan.append(&Surrounding::meshes(things, bounds, 1));
         let options = Options { hint: Hint::Rough(beside(&model, 2.0)), ..Options::of(&model) };
-        let thinned = |scan: &Mesh| start(&model, scan, &options).expect("a start").thinned;
-        let (alone, among) = (thinned(&head), thinned(&scan));
+        let [alone, among] = [&head, &scan].map(|scan| start(&model, scan, &options).expect("a start"));
+        let hints = [alone.known.hint, among.known.hint];
+        assert_eq!(hints, [pose_fit::Hint::Rough, pose_fit::Hint::Settled], "clutter would mislead the fit");
+        let (alone, among) = (alone.thinned, among.thinned);
         assert_eq!(alone.clutter, 0.0);
         let near = 1.0 - among.elsewhere;
         assert!(among.clutter > 0.25 * near, "{} of {near}", among.clutter);

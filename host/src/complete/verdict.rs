@@ -124,14 +124,21 @@ fn ambiguous(pose: f64, runner_up: f64) -> Option<(Grade, String)> {
         percent(runner_up),
         percent(pose)
     );
-    (runner_up > AMBIGUOUS * pose).then_some((Grade::Check, text))
+    is_ambiguous(pose, runner_up).then_some((Grade::Check, text))
+}
+
+/// Whether another pose explains as much of a scan.
+fn is_ambiguous(pose: f64, runner_up: f64) -> bool {
+    runner_up > AMBIGUOUS * pose
 }
 
 /// Whether what a pose explains lies exactly on a usual shape: then the rest of the scan is clutter. (A sphere, of which a
-/// tenth is explained, is followed exactly by a shape three deviations off the class.) No rival is known of a pose that is given.
+/// tenth is explained, is followed exactly by a shape three deviations off the class; of half a sphere a quarter by a usual
+/// skull, in one pose as in another.) No rival is known of a pose that is given.
 fn is_exact(exactness: f64, weight_norm: f64, [pose, runner_up]: [f64; 2]) -> bool {
     let alone = runner_up > 0.0 && runner_up <= EXACT_ALONE[1] * pose;
-    weight_norm < UNUSUAL && exactness >= if alone { EXACT_ALONE[0] } else { EXACT }
+    let least = if alone { EXACT_ALONE[0] } else { EXACT };
+    weight_norm < UNUSUAL && exactness >= least && !is_ambiguous(pose, runner_up)
 }
 
 /// The same of a pose that was found.
@@ -324,6 +331,8 @@ mod tests {
         let grades = [0.36, 0.46, 0.0].map(|runner_up| with(runner_up).judged(1.0, "mm").grade);
         let expected = [Grade::Check, Grade::Reject, Grade::Reject];
         assert_eq!(grades, expected, "a face with much hair, hair alone, a pose that was given");
+        let half_a_sphere = Verdict { pose_inliers: [0.24, 0.29], ..of(Some(0.94), 1.1) };
+        assert_eq!(half_a_sphere.judged(1.0, "mm").grade, Grade::Reject, "an exact fit, as another is");
         let other = Verdict { inlier_share: 0.3, ..typical() }.judged(1.0, "mm");
         assert_eq!((other.grade, other.reasons.len()), (Grade::Reject, 1));
         let odd = Verdict { inlier_share: 0.7, seen_rms: 2.0, scale: 2.0, inferred_share: 0.9, ..typical() };

@@ -25,10 +25,10 @@ use crate::unit;
 use field::Field;
 use joint::{refine, refined};
 use lacuna::format::Unit;
-use lacuna::pose_fit::Round;
+use lacuna::pose_fit::{Hint, Round};
 use lacuna::{Model, Pose};
 use planes::without_planes;
-use rank::{Scored, convincing, finals, next_best, ranked, sure};
+use rank::{Scored, among_clutter, convincing, finals, next_best, ranked, sure};
 use rayon::prelude::*;
 use resize::resized;
 use search::{Effort, Search};
@@ -66,6 +66,11 @@ impl Registration {
     /// Inliers as a share of the points that are no tables and walls.
     pub fn explained(&self) -> f64 {
         self.inliers / (1.0 - self.planes).max(f64::MIN_POSITIVE)
+    }
+
+    /// How the core goes on from this pose: among clutter it was refined without it, elsewhere it may be refined as a rough one.
+    pub fn hint(&self) -> Hint {
+        if among_clutter(self.explained(), self.exactness) { Hint::Settled } else { Hint::Rough }
     }
 }
 

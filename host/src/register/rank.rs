@@ -31,10 +31,15 @@ pub struct Scored {
 /// 0.73, 0.47 to 0.63.
 const WITHOUT_CLUTTER: [f64; 2] = [0.88, 0.7];
 
+/// Whether clutter may mislead a pose that explains so much of its scan so exactly.
+pub fn among_clutter(inliers: f64, exactness: f64) -> bool {
+    inliers < WITHOUT_CLUTTER[0] && inliers * exactness < WITHOUT_CLUTTER[1]
+}
+
 impl Scored {
     /// Whether clutter may mislead the pose.
     pub fn is_among_clutter(&self) -> bool {
-        self.inliers < WITHOUT_CLUTTER[0] && self.explained * self.size.sqrt() < WITHOUT_CLUTTER[1]
+        among_clutter(self.inliers, self.exactness())
     }
 
     /// How exactly the inliers lie on the fitted surface: the mean of (1 - (r / τ)²)² over them; 0 without any.

@@ -8,7 +8,7 @@ use super::rank::{SIZES, Scored};
 use crate::points::OrientedPoints;
 use lacuna::corners::Weights;
 use lacuna::cube::Cube;
-use lacuna::pose_fit::{ROUNDS, Round};
+use lacuna::pose_fit::{Round, SETTLED};
 use lacuna::{Model, Pose};
 use nalgebra::Vector3;
 
@@ -54,7 +54,7 @@ fn once(
     known: &Scored,
 ) -> Result<Scored, lacuna::Error> {
     let on_it = on(model, points, &near(field, points, &known.pose), known);
-    let rounds = [ROUNDS[2], ROUNDS[3]].map(|round| Round { misfit: MISFIT, ..round });
+    let rounds = SETTLED.map(|round| Round { misfit: MISFIT, ..round });
     let chosen = points.chosen(&every_nth(&on_it, MANY[0])).packed();
     let (pose, shape) = fitted(model, chosen.cloud()?, known.pose, &rounds)?;
     let near = near(field, points, &pose);

@@ -7,7 +7,6 @@ use lacuna::cloud::Bytes;
 use lacuna::completion::{Outcome, Settings, Stage};
 use lacuna::local_fit::Task;
 use lacuna::model::MAX_BRICK_VOXELS;
-use lacuna::pose_fit::Hint;
 use lacuna::workspace::Progress;
 use lacuna::{Cloud, Completion, Error, Fixed, Model, Reach, Schedule};
 
@@ -68,8 +67,7 @@ fn complete<M: Machine>(machine: &mut M, scale: &Scale) -> Result<(), Refused> {
     }
     let cloud = Cloud::new(points.get(..count).unwrap_or(&[]), scan.step())?;
     let schedule = Schedule::of(&model);
-    let hint = if scan.exact() { Hint::Exact } else { Hint::Rough };
-    let settings = Settings { reach: Reach::of(&model), rounds: hint.rounds(&model), schedule };
+    let settings = Settings { reach: Reach::of(&model), rounds: scan.hint().rounds(&model), schedule };
     let start = machine.ticks();
     let mut job = Completion::<Fixed>::new(&model, cloud, scan.pose(), settings, memory)?;
     let prepared = machine.ticks().wrapping_sub(start);

@@ -10,7 +10,7 @@ use lacuna::gradient::{CellGradient, GROUP, MARGIN, Taken, trilinear};
 use lacuna::grid::position;
 use lacuna::hull::{Hull, Target};
 use lacuna::nodes::{NodeMap, map_len};
-use lacuna::pose_fit::ROUNDS;
+use lacuna::pose_fit::{Hint, ROUNDS};
 use lacuna::pose_row::{MOST, Rows};
 use lacuna::{Fixed, Float, GlobalFit, HullBuilder, LocalFit, Model, Reach, Sizes, global_fit::normal_len};
 use lacuna_host::fit::Buffers;
@@ -320,12 +320,13 @@ proptest! {
         points in prop::collection::vec(prop::array::uniform6(any::<i16>()), 0..50),
         step in 1e-6f32..1e3,
         shift in prop::array::uniform3(-1e3f32..1e3),
-        exact: bool,
+        number in 0u8..3,
     ) {
+        let hint = Hint::from_byte(number);
         let pose = lacuna::Pose { translation: shift, scale: step, ..lacuna::Pose::IDENTITY };
-        let bytes = lacuna_host::points::PackedPoints { points: points.clone(), step }.to_bytes(&pose, exact);
+        let bytes = lacuna_host::points::PackedPoints { points: points.clone(), step }.to_bytes(&pose, hint);
         let back = lacuna::cloud::Bytes(&bytes);
-        prop_assert_eq!((back.step(), back.pose(), back.exact()), (step, pose, exact));
+        prop_assert_eq!((back.step(), back.pose(), back.hint()), (step, pose, hint));
         prop_assert_eq!(back.points().collect::<Vec<_>>(), points);
     }
 }

@@ -78,7 +78,7 @@ fn the_packed_scan_is_the_example_scan_where_registration_finds_it() {
     let example = io::parse(io::Format::Ply, lacuna_fixtures::SCAN).unwrap();
     let large = clean(&example, widest(&model)).scan;
     let start = start(&model, &large, &Options::of(&model)).unwrap();
-    let bytes = start.packed().to_bytes(&start.thinned.rough.pose, false);
+    let bytes = start.packed().to_bytes(&start.thinned.rough.pose, start.known.hint);
     assert!(bytes == lacuna_fixtures::PACKED_SCAN);
 }
 
