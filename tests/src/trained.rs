@@ -4,12 +4,10 @@
 use crate::program::json;
 use crate::real_data;
 use lacuna::Model;
-use lacuna_host::io;
-use lacuna_host::mesh::Mesh;
-use lacuna_host::train::align::{Align, align};
-use lacuna_host::train::{Settings, train};
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 use std::sync::OnceLock;
+use std::time::Duration;
 
 /// Thirty faces at 3.3 mm, not calibrated; none without the real data.
 pub fn thirty_faces() -> Option<Model<'static>> {
@@ -18,16 +16,54 @@ pub fn thirty_faces() -> Option<Model<'static>> {
 
 /// The same as a file has them.
 pub fn thirty_faces_bytes() -> Option<&'static [u8]> {
-    static BYTES: OnceLock<Option<Vec<u8>>> = OnceLock::new();
+    thirty_faces_trained().map(|trained| trained.model.as_slice())
+}
+
+/// The same, with what their training took.
+pub fn thirty_faces_trained() -> Option<&'static Trained> {
+    static TRAINED: OnceLock<Option<Trained>> = OnceLock::new();
     let made = || {
         let faces = real_data("faces/train")?;
-        let read = |i: usize| io::read(&faces.join(format!("train_{i:03}.ply"))).expect("a mesh");
-        let shapes: Vec<Mesh> = (0..30).map(read).collect();
-        let aligned = align(&shapes, Align::Auto, 1, &|_, _| ()).expect("faces in one pose");
-        let settings = Settings { spacing: Some(3.3), apart: aligned.way.apart(), ..Settings::default() };
-        Some(train(&aligned.shapes, &settings, &|_, _| ()).expect("a model"))
+        let shapes = (0..30).map(|i| faces.join(format!("train_{i:03}.ply")));
+        Some(train_watched(&shapes.collect::<Vec<_>>(), &["--no-calibration"]))
     };
-    BYTES.get_or_init(made).as_deref()
+    TRAINED.get_or_init(made).as_ref()
+}
+
+/// A model, and the memory that its training took.
+pub struct Trained {
+    /// The file.
+    pub model: Vec<u8>,
+    /// Peak resident memory, KiB; none where there is no /proc.
+    pub peak_kib: Option<u64>,
+}
+
+/// Trains with the program at 3.3 mm.
+///
+/// # Panics
+/// A training that fails.
+pub fn train_watched(shapes: &[PathBuf], options: &[&str]) -> Trained {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("m.lacuna");
+    let mut command = Command::new(crate::program::path());
+    command.arg("train").args(shapes).arg("-o").arg(&path).args(["--spacing", "3.3"]).args(options);
+    let mut child = command.stdout(Stdio::null()).spawn().expect("the program starts");
+    let mut highest = None;
+    // The kernel keeps the peak: the last look before the end misses at most what the last moments added.
+    while child.try_wait().expect("a child").is_none() {
+        highest = peak(child.id()).max(highest);
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    assert!(child.wait().expect("a child").success());
+    println!("{} shapes: {} MiB at most", shapes.len(), highest.unwrap_or(0) / 1024);
+    Trained { model: std::fs::read(path).expect("the model"), peak_kib: highest }
+}
+
+/// Peak resident memory of a running program, KiB; none once it has ended, or where there is no /proc.
+fn peak(process: u32) -> Option<u64> {
+    let status = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    line.split_whitespace().next()?.parse().ok()
 }
 
 /// Thirty faces at 3.3 mm.
