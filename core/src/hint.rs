@@ -10,8 +10,8 @@ pub enum Hint {
     Rough,
     /// Exactly, in the frame of the training shapes: held, or tied by the model's [`Jitter`](crate::format::Jitter).
     Exact,
-    /// Refined already, by pose and shape together, without the clutter around the shape: wide steps with all points would let
-    /// that mislead it.
+    /// Refined already, together with the shape and without the clutter around it, which would mislead wide steps with all
+    /// points: refined by the last rounds only.
     Settled,
 }
 
@@ -21,7 +21,7 @@ impl Hint {
         self as u8
     }
 
-    /// The hint of a number; a pose that is known in a way of its own time is refined.
+    /// The hint of a number; those of later builds are taken for rough.
     pub const fn from_byte(byte: u8) -> Self {
         match byte {
             1 => Self::Exact,

@@ -68,7 +68,7 @@ impl Registration {
         self.inliers / (1.0 - self.planes).max(f64::MIN_POSITIVE)
     }
 
-    /// How the core goes on from this pose: among clutter it was refined without it, elsewhere it may be refined as a rough one.
+    /// How the core goes on from this pose: as from a rough one, but among clutter, without which it was refined here.
     pub fn hint(&self) -> Hint {
         if among_clutter(self.explained(), self.exactness) { Hint::Settled } else { Hint::Rough }
     }

@@ -45,6 +45,14 @@ impl Report {
     }
 }
 
+const fn name_of(hint: pose_fit::Hint) -> &'static str {
+    match hint {
+        pose_fit::Hint::Rough => "rough",
+        pose_fit::Hint::Exact => "exact",
+        pose_fit::Hint::Settled => "settled",
+    }
+}
+
 impl Verify {
     /// Runs the subcommand.
     pub fn run(&self, common: &Common) -> Result<(), Failure> {
@@ -58,7 +66,8 @@ impl Verify {
             let hint = pose_fit::Hint::Exact;
             let known = Known { hint, ..start.known.clone() };
             let exact = Start { thinned: start.thinned.clone(), known, depth: None };
-            for (hint, start) in [("rough", &start), ("exact", &exact)] {
+            for start in [&start, &exact] {
+                let hint = name_of(start.known.hint);
                 let report = compare(&mut client, &model, format!("{name}, {hint} pose"), start, schedule)?;
                 if !common.json {
                     tell(&report);
