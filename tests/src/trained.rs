@@ -48,15 +48,16 @@ pub fn train_watched(shapes: &[PathBuf], options: &[&str]) -> Trained {
     let mut command = Command::new(crate::program::path());
     command.arg("train").args(shapes).arg("-o").arg(&path).args(["--spacing", "3.3"]).args(options);
     let mut child = command.stdout(Stdio::null()).spawn().expect("the program starts");
-    let mut highest = None;
+    let mut highest = 0;
     // The kernel keeps the peak: the last look before the end misses at most what the last moments added.
     while child.try_wait().expect("a child").is_none() {
-        highest = peak(child.id()).max(highest);
+        highest = peak(child.id()).unwrap_or(0).max(highest);
         std::thread::sleep(Duration::from_millis(20));
     }
     assert!(child.wait().expect("a child").success());
-    println!("{} shapes: {} MiB at most", shapes.len(), highest.unwrap_or(0) / 1024);
-    Trained { model: std::fs::read(path).expect("the model"), peak_kib: highest }
+    println!("{} shapes: {} MiB at most", shapes.len(), highest / 1024);
+    let peak_kib = peak(std::process::id()).map(|_| highest);
+    Trained { model: std::fs::read(path).expect("the model"), peak_kib }
 }
 
 /// Peak resident memory of a running program, KiB; none once it has ended, or where there is no /proc.

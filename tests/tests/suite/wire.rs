@@ -11,9 +11,10 @@ use lacuna::wire::frame::{Event, Header, MAX_FRAME, MAX_MESSAGE, Receiver, encod
 use lacuna::wire::message::{
     Begin, BeginDepth, Hint, MAX_BATCH, MAX_DATA, MAX_PIXELS, Reply, Request, State, VERSION, Vector,
 };
-use lacuna::{Error, Model, Pose};
+use lacuna::{Error, Fixed, Model, Pose};
 use lacuna_host::device::{self, Client, Link, Scan, Timing, refusal, run};
-use lacuna_host::fit::Digests;
+use lacuna_host::fit::{Digests, fit};
+use lacuna_host::points::PackedPoints;
 use lacuna_tests::device_memory::DeviceMemory;
 use lacuna_tests::line::{Faults, HostEnd};
 use lacuna_tests::model;
@@ -544,6 +545,23 @@ fn a_scan_that_misses_the_model_fails_with_the_reason_and_the_next_one_succeeds(
     let expected = matches!(failed, Err(device::Error::Refused(Refusal::Core(Error::EmptyHull))));
     assert!(expected, "{:?}", failed.err());
     assert_eq!(completed(&mut client, 8, MAX_BATCH).unwrap(), small.digests);
+}
+
+/// The hint goes with the scan: the device refines the pose by the last rounds only, as the host does.
+#[test]
+fn a_settled_pose_is_refined_as_on_the_host() {
+    let small = small();
+    let model = Model::from_bytes(&small.model).unwrap();
+    let begin = Begin { hint: Hint::Settled, ..small.scan.begin };
+    let points = PackedPoints { points: small.scan.points.clone(), step: begin.step };
+    let here = fit::<Fixed>(&model, &points, &begin.pose, begin.settings(&model)).unwrap().digests;
+    let line = HostEnd::start(small.model.clone(), 10_000, Faults::default(), 1);
+    let mut client = Client::new(&line, TIMING);
+    client.hello().unwrap();
+    let scan = Scan { begin, ..small.scan.clone() };
+    let results = run(&mut client, &model, &scan, &mut |_| ()).unwrap();
+    assert_eq!(results.into_fit(&model, &begin).unwrap().digests, here);
+    assert_ne!(here.pose, small.digests.pose, "a rough pose is refined otherwise");
 }
 
 /// All refusals, by their numbers on the line.
