@@ -29,19 +29,22 @@ pub const fn saturate(x: i32) -> i16 {
     }
 }
 
-/// A positive factor: a mantissa of 16 bits and a shift to the right.
+/// A positive factor: a mantissa of 16 bits and a shift to the right, or of up to [`MOST_LIFT`] bits to the left.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Factor {
     /// Within 2¹⁵..2¹⁶, or 0.
     mantissa: u16,
-    shift: u8,
+    shift: i8,
 }
+
+/// Bits by which a factor may be above its mantissa: the largest step times the largest gain of a mode need 6.
+const MOST_LIFT: i32 = 6;
 
 impl Factor {
     /// The factor 0, for static buffers.
     pub const ZERO: Self = Self { mantissa: 0, shift: 0 };
 
-    /// The factor nearest to `value`; 0 for anything not positive and finite, saturated at 2¹⁶ - 1.
+    /// The factor nearest to `value`; 0 for anything not positive and finite, saturated below 2²².
     pub fn new(value: f64) -> Self {
         if !value.is_finite() || value <= 0.0 {
             return Self::default();
@@ -49,25 +52,25 @@ impl Factor {
         let (fraction, exponent) = libm::frexp(value);
         let mantissa = libm::floor(fraction * 65536.0 + 0.5).min(65535.0) as u16;
         match 16 - exponent {
-            ..=-1 => Self { mantissa: u16::MAX, shift: 0 },
-            shift @ 0..=62 => Self { mantissa, shift: shift as u8 },
-            63.. => Self::default(),
+            shift if shift < -MOST_LIFT => Self { mantissa: u16::MAX, shift: -MOST_LIFT as i8 },
+            shift if shift <= 62 => Self { mantissa, shift: shift as i8 },
+            _ => Self::default(),
         }
     }
 
     /// The same factor, ready to be multiplied by many numbers.
     #[inline(always)]
     pub const fn unpacked(self) -> Multiplier {
-        let shift = self.shift as u32;
-        let lift = HIGH.saturating_sub(shift);
-        let most = shift + lift - HIGH;
+        let shift = self.shift as i32;
+        let lift = if shift < HIGH { (HIGH - shift) as u32 } else { 0 };
+        let most = if shift > HIGH { (shift - HIGH) as u32 } else { 0 };
         let shift = if most < 31 { most } else { 31 };
         Multiplier { mantissa: self.mantissa as i32, limit: i32::MAX >> lift, lift, shift }
     }
 }
 
 /// Least shift at which the upper 32 of a product's 48 bits are enough, with one bit left to round.
-const HIGH: u32 = 17;
+const HIGH: i32 = 17;
 
 /// A factor's mantissa, and what is shifted before and after the multiplication.
 ///
@@ -77,7 +80,7 @@ pub struct Multiplier {
     mantissa: i32,
     /// Largest number that can be lifted.
     limit: i32,
-    /// Shift to the left before the multiplication, 0..=17.
+    /// Shift to the left before the multiplication, 0..=23.
     lift: u32,
     /// Shift to the right after it, 0..=31, and then one more to round.
     shift: u32,
@@ -110,13 +113,18 @@ mod tests {
 
     #[test]
     fn products_are_exact_where_they_matter_and_large_where_they_do_not() {
-        for (mantissa, shift) in (0..63).flat_map(|shift| [32_768, 51_234, 65_535].map(|m| (m, shift))) {
+        let shifts = -MOST_LIFT as i8..63;
+        for (mantissa, shift) in shifts.flat_map(|shift| [32_768, 51_234, 65_535].map(|m| (m, shift))) {
             let factor = Factor { mantissa, shift }.unpacked();
             for i in 0..32 {
                 for x in
                     [i32::MIN >> i, (i32::MIN >> i) + 1, -98_765_432 >> i, 12_345_678 >> i, i32::MAX >> i]
                 {
-                    let exact = round_shift_wide(i64::from(x) * i64::from(mantissa), u32::from(shift));
+                    let product = i64::from(x) * i64::from(mantissa);
+                    let exact = match u32::try_from(shift) {
+                        Ok(shift) => round_shift_wide(product, shift),
+                        Err(_) => product << -shift,
+                    };
                     let product = i64::from(factor.multiply(x));
                     if exact.abs() < 1 << 27 {
                         assert_eq!(product, exact, "{x} {mantissa} {shift}");
@@ -131,12 +139,14 @@ mod tests {
 
     #[test]
     fn factors_are_good_to_sixteen_bits() {
-        for value in [1e-9, 0.03, 0.5, 1.0, 3.7, 40_000.0] {
-            let product = f64::from(Factor::new(value).unpacked().multiply(1 << 12));
-            let exact = value * f64::from(1 << 12);
+        for value in [1e-9, 0.03, 0.5, 1.0, 3.7, 40_000.0, 70_000.0, 4e6] {
+            let x = if value > 50_000.0 { 20 } else { 1 << 12 };
+            let product = f64::from(Factor::new(value).unpacked().multiply(x));
+            let exact = value * f64::from(x);
             assert!((product - exact).abs() <= exact / 32768.0 + 0.5, "{value}: {product}");
         }
         assert!(Factor::new(40_000.0).unpacked().multiply(1 << 30) >= 1 << 27);
+        assert_eq!(Factor::new(1e300), Factor::new(4_194_240.0));
         assert_eq!(Factor::new(f64::NAN), Factor::default());
         assert_eq!(Factor::new(-1.0), Factor::default());
         assert_eq!(Factor::new(1e-300), Factor::default());

@@ -8,7 +8,7 @@
 //! | 12 | 4 | length of the whole file |
 //! | 16 | 4 | CRC-32/ISO-HDLC of all bytes but these four |
 //! | 20 | H | [`Header`], then `Option` of [`Symmetry`], of [`Calibration`], of [`Jitter`] and of [`factors`](factor), postcard |
-//! | | 8 K | modes: f32 standard deviation (root mean square over the band, voxels), f32 gain g, at most 255 |
+//! | | 8 K | modes, the strongest first: f32 standard deviation (root mean square over the band, voxels), f32 gain g, both above 0 and at most [`MAX_MODE`] |
 //! | | 2 F | far field: i16 mean distance (1/256 voxel) at every `far_stride`-th voxel, [`UNKNOWN`] off the support |
 //! | | 2 C | map: u16 brick number per brick cell, [`ABSENT`] where none is stored |
 //! | | 12 B | directory, by rising cell: per brick u32 cell, u32 number of its first voxel, u32 offset of its record |
@@ -63,6 +63,8 @@ pub const ABSENT: u16 = u16::MAX;
 pub const UNKNOWN: i16 = i16::MIN;
 /// Most modes of a model.
 pub const MAX_MODES: u8 = 127;
+/// Largest standard deviation of a mode, voxels, and largest gain.
+pub const MAX_MODE: f32 = 255.0;
 /// Bytes of one mode in the mode table.
 pub const MODE_BYTES: usize = 8;
 /// Bytes of one entry of the directory.

@@ -5,8 +5,8 @@
 use crate::arithmetic::{MAX_EXPONENT, MIN_EXPONENT, Stride};
 use crate::error::{Error, Part};
 use crate::format::{
-    ABSENT, CHECKSUM_AT, Calibration, ENTRY_BYTES, Header, Jitter, MAGIC, MAX_MODES, MODE_BYTES, PREFIX,
-    ROW_BYTES, Symmetry, UNKNOWN, VERSION, checksum, factor,
+    ABSENT, CHECKSUM_AT, Calibration, ENTRY_BYTES, Header, Jitter, MAGIC, MAX_MODE, MAX_MODES, MODE_BYTES,
+    PREFIX, ROW_BYTES, Symmetry, UNKNOWN, VERSION, checksum, factor,
 };
 use crate::grid::{Grid, linear, position, product};
 
@@ -337,7 +337,7 @@ impl<'a> Model<'a> {
     }
 
     fn check_modes(&self) -> Result<(), Error> {
-        let good = |x: f32| x.is_finite() && x > 0.0 && x <= 255.0;
+        let good = |x: f32| x > 0.0 && x <= MAX_MODE;
         let all = (0..self.modes()).all(|k| good(self.deviation(k)) && good(self.gain(k)));
         if all { Ok(()) } else { Err(Error::Inconsistent(Part::Modes)) }
     }

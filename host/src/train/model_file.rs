@@ -5,7 +5,9 @@ use crate::volume::Lattice;
 use lacuna::Model;
 use lacuna::arithmetic::{MAX_EXPONENT, MIN_EXPONENT};
 use lacuna::error::Part;
-use lacuna::format::{ABSENT, CHECKSUM_AT, Calibration, Header, MAGIC, PREFIX, UNKNOWN, VERSION, checksum};
+use lacuna::format::{
+    ABSENT, CHECKSUM_AT, Calibration, Header, MAGIC, MAX_MODE, PREFIX, UNKNOWN, VERSION, checksum,
+};
 use lacuna::model::Extras;
 use std::collections::BTreeMap;
 
@@ -124,7 +126,7 @@ fn write_modes(draft: &Draft<'_>, file: &mut Vec<u8>) {
     for deviation in deviations {
         let ratio = mean / deviation;
         file.extend((deviation as f32).to_le_bytes());
-        file.extend(((ratio * ratio).min(255.0) as f32).to_le_bytes());
+        file.extend(((ratio * ratio).min(f64::from(MAX_MODE)) as f32).to_le_bytes());
     }
 }
 
