@@ -19,11 +19,11 @@
 //!
 //! Weights and shares fit 16 bits, so that processors take two of them or eight at a time ([`crate::corner_rows`]).
 //!
-//! Bounds, with stride q ≤ 4, K ≤ 127 modes, exponents ≥ 5 (a basis value is below 4 voxels per σ) and
+//! Bounds, with stride q ≤ 4, K ≤ 127 modes, exponents ≥ 5 (a basis value is 4 voxels per σ at most) and
 //! q (2 r + 1) ≤ 31:
-//! - a sum with a corner's weights: 127 · 127 · 2¹⁵ < 2³¹;
+//! - a sum with a corner's weights: 127 · 128 · 2¹⁵ < 2³¹;
 //! - a share: 2047 · q³ / 2^s < 2¹⁵ by the choice of s;
-//! - a cell's gradient: 2¹⁵ · 127 · q³ < 2³¹;
+//! - a cell's gradient: 2¹⁵ · 128 · q³ < 2³¹;
 //! - a box of node gradients: 8 · 4 · q³ · (q (2 r + 1))³ · 2^H ≤ 2³¹ by the choice of H;
 //! - a box of node curvatures: 65535 · 31³ < 2³¹;
 //! - a box of ratios: 64 · (2 r + 1)³ · 2^F ≤ 2³¹ by the choice of F.
@@ -38,9 +38,12 @@ use core::fmt::Debug;
 pub const DISTANCE_BITS: u32 = 8;
 /// Bits behind the point of a weight in standard deviations.
 pub const WEIGHT_BITS: u32 = 11;
+/// Largest weight of any fit, standard deviations: what is computed with weights has room for it.
+pub const MAX_WEIGHT: i32 = 16;
+const _: () = assert!(MAX_WEIGHT << WEIGHT_BITS == i16::MAX as i32 + 1);
 /// Largest residual, 1/256 voxel.
 pub const RESIDUAL_LIMIT: i32 = 2047;
-/// Smallest exponent a basis block may have: |b'| < 128 / 2⁵ = 4 voxels per σ.
+/// Smallest exponent a basis block may have: |b'| ≤ 128 / 2⁵ = 4 voxels per σ.
 pub const MIN_EXPONENT: u8 = 5;
 /// Largest exponent a basis block may have.
 pub const MAX_EXPONENT: u8 = 14;
@@ -165,8 +168,6 @@ pub trait Arithmetic: Copy {
 
     /// A weight from a global one in standard deviations, limited to ±16.
     fn weight(sigma: f64) -> Self::Weight;
-    /// A weight in standard deviations.
-    fn sigma(weight: Self::Weight) -> f64;
     /// A weight as the fixed-point fit keeps it, for digests.
     fn stored(weight: Self::Weight) -> i16;
     /// The sum of a voxel's modes from those with each corner's weights, its integer trilinear weights and the
@@ -221,11 +222,7 @@ impl Arithmetic for Fixed {
     fn weight(sigma: f64) -> i16 {
         // `as` saturates and takes NaN to 0; floor is libm's on every chip.
         let scaled = libm::floor(sigma * f64::from(1 << WEIGHT_BITS) + 0.5);
-        scaled.clamp(-32767.0, 32767.0) as i16
-    }
-
-    fn sigma(weight: i16) -> f64 {
-        f64::from(weight) / f64::from(1 << WEIGHT_BITS)
+        scaled.clamp(-f64::from(i16::MAX), f64::from(i16::MAX)) as i16
     }
 
     #[inline(always)]
@@ -309,7 +306,7 @@ impl Arithmetic for Fixed {
         let inertia = (i32::from(weight) - i32::from(previous)) * momentum;
         let change = inertia.wrapping_sub(gain.multiply(boxed)).wrapping_add(1 << (MOMENTUM_BITS - 1));
         let next = i32::from(weight) + (change >> MOMENTUM_BITS);
-        next.clamp(-32767, 32767) as i16
+        next.clamp(-i32::from(i16::MAX), i32::from(i16::MAX)) as i16
     }
 }
 
@@ -319,6 +316,10 @@ pub struct Float;
 
 fn power(exponent: u8) -> f64 {
     libm::scalbn(1.0, -i32::from(exponent))
+}
+
+fn limited(sigma: f64) -> f64 {
+    sigma.clamp(-f64::from(MAX_WEIGHT), f64::from(MAX_WEIGHT))
 }
 
 fn distance(mean: i16) -> f64 {
@@ -336,11 +337,7 @@ impl Arithmetic for Float {
     const ZERO: f64 = 0.0;
 
     fn weight(sigma: f64) -> f64 {
-        if sigma.is_nan() { 0.0 } else { sigma.clamp(-16.0, 16.0) }
-    }
-
-    fn sigma(weight: f64) -> f64 {
-        weight
+        if sigma.is_nan() { 0.0 } else { limited(sigma) }
     }
 
     fn stored(weight: f64) -> i16 {
@@ -439,7 +436,7 @@ mod tests {
             let (stride, q) = (Stride::new(voxels).unwrap(), i64::from(voxels));
             assert!((2047 * q.pow(3)) >> stride.share_bits < 1 << 15, "{voxels}");
             assert!(
-                127 * 127 * (1i64 << 15) < 1 << 31 && (1i64 << 15) * 127 * q.pow(3) < 1 << 31,
+                127 * 128 * (1i64 << 15) < 1 << 31 && (1i64 << 15) * 128 * q.pow(3) < 1 << 31,
                 "{voxels}"
             );
         }
@@ -464,7 +461,26 @@ mod tests {
         let fixed = Fixed::step(1000, 900, 179, 1 << 16, Fixed::gain(3.0, 2.0, kernel));
         let boxed = f64::from(1 << 16) / f64::from(1u32 << kernel.ratio_bits);
         let float = Float::step(1000.0 / 2048.0, 900.0 / 2048.0, 179, boxed, Float::gain(3.0, 2.0, kernel));
-        assert!((Fixed::sigma(fixed) - float).abs() < 1.0 / 2048.0);
+        assert!((f64::from(fixed) / 2048.0 - float).abs() < 1.0 / 2048.0);
+    }
+
+    #[test]
+    fn every_step_of_every_mode_is_as_long_as_in_floats() {
+        let stride = Stride::new(3).unwrap();
+        let passes = || crate::schedule::DEFAULT.iter().chain(&crate::schedule::MOMENTUM);
+        for pass in passes() {
+            let kernel = Kernel::new(pass.radius, stride);
+            for &step in pass.steps {
+                for gain in [0.01, 1.0, 60.0, 96.0, 130.0, crate::format::MAX_MODE] {
+                    let (step, gain) = (f64::from(step), f64::from(gain));
+                    let moved = Fixed::step(0, 0, 0, -32, Fixed::gain(step, gain, kernel));
+                    let boxed = -32.0 / f64::from(1u32 << kernel.ratio_bits);
+                    let exact = Float::step(0.0, 0.0, 0, boxed, Float::gain(step, gain, kernel)) * 2048.0;
+                    let found = f64::from(moved);
+                    assert!((found - exact).abs() < 0.6 + exact / 32768.0, "{step} {gain}: {found} {exact}");
+                }
+            }
+        }
     }
 
     #[test]

@@ -8,7 +8,7 @@ fn row(matrix: &[f64], i: usize) -> &[f64] {
 }
 
 /// Solves A x = b. `matrix` holds A's lower triangle row by row and is replaced by its factor L, A = L Lᵀ;
-/// `vector` holds b and becomes x. A pivot that is not positive is taken as the largest number: its
+/// `vector` holds b and becomes x. A pivot that is not positive is taken as a huge number: its
 /// unknown becomes zero, as for a direction nothing is known about.
 pub fn solve(matrix: &mut [f64], vector: &mut [f64]) {
     let n = vector.len();

@@ -5,12 +5,15 @@
 //! order. Modes are taken 32 at a time: loops of a known length are straight lines of code, and what lies behind the
 //! last mode meets a weight of zero, or is not looked at.
 
+use crate::arithmetic::{DISTANCE_BITS, MAX_WEIGHT, MIN_EXPONENT};
 use crate::format::MAX_MODES;
 
-/// Binary digits of a weight of one standard deviation: for 127 modes, 16 σ · 2¹⁷ / 2⁵ · 128 is below 2³¹.
-pub const WEIGHT_BITS: u32 = 17;
-/// Largest weight, standard deviations.
-pub const MAX_WEIGHT: f32 = 16.0;
+/// Binary digits of a weight of one standard deviation.
+const SIGMA_BITS: u32 = 17;
+const _: () = {
+    let largest = (MAX_WEIGHT as i64) << (SIGMA_BITS - MIN_EXPONENT as u32);
+    assert!(largest * 128 * (MAX_MODES as i64) < 1 << 31);
+};
 /// Binary digits of a share of one. All shares of a cube sum to one, so a sum with basis values is an i16.
 pub const SHARE_BITS: u32 = 8;
 /// Binary digits of a factor of one.
@@ -40,8 +43,8 @@ impl Weights {
     pub fn new(deviations: &[f32]) -> Self {
         let mut weights = Self::NONE;
         for (value, &weight) in weights.parts.as_flattened_mut().iter_mut().zip(deviations) {
-            let limited = weight.clamp(-MAX_WEIGHT, MAX_WEIGHT);
-            *value = (limited * (1u32 << WEIGHT_BITS) as f32) as i32;
+            let limited = weight.clamp(-MAX_WEIGHT as f32, MAX_WEIGHT as f32);
+            *value = (limited * (1u32 << SIGMA_BITS) as f32) as i32;
         }
         weights.count = deviations.len().div_ceil(MODES);
         weights
@@ -51,6 +54,18 @@ impl Weights {
     pub fn parts(&self) -> &[[i32; MODES]] {
         self.parts.get(..self.count).unwrap_or(&[])
     }
+}
+
+/// A mean distance, 1/256 voxel, in the unit of sums of products.
+#[inline]
+pub const fn of_mean(mean: i16) -> i32 {
+    (mean as i32) << (SIGMA_BITS - DISTANCE_BITS)
+}
+
+/// A mean distance with a sum of products added to it, in voxels.
+#[inline]
+pub const fn in_voxels(sum: i32) -> f32 {
+    sum as f32 / (1u32 << SIGMA_BITS) as f32
 }
 
 /// The weights by the exponents of a brick, kept for the next voxel, which mostly lies in the same one.
@@ -158,7 +173,7 @@ mod tests {
         scale(&mut scaled, part, &exponents);
         for (c, sum) in dots(&scaled, bases.each_ref()).into_iter().enumerate() {
             let exact: f32 = (0..29).map(|k| value(c, k) * deviations[k]).sum();
-            assert!((sum as f32 / (1u32 << WEIGHT_BITS) as f32 - exact).abs() < 2e-2, "{sum} {exact}");
+            assert!((sum as f32 / (1u32 << SIGMA_BITS) as f32 - exact).abs() < 2e-2, "{sum} {exact}");
         }
 
         let shares = [100, 156];

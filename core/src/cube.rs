@@ -1,6 +1,6 @@
 //! The eight stored voxels around a place of the band, and what mean and modes are there.
 
-use crate::corners::{self, Basis, LANES, MODES, SHARE_BITS, ScaledWeights, WEIGHT_BITS, Weights};
+use crate::corners::{self, Basis, LANES, MODES, SHARE_BITS, ScaledWeights, Weights};
 use crate::model::{Brick, Model};
 use crate::sample::Place;
 
@@ -99,8 +99,7 @@ impl<'a, 'w> Cube<'a, 'w> {
 
     /// Distance Φ = M + b'·v and its gradient.
     pub fn distance(&mut self) -> (f32, [f32; 3]) {
-        // 1/256 voxel is 2⁹ of the weights' units.
-        let mut sums = self.corners.each_ref().map(|corner| i32::from(corner.mean) << (WEIGHT_BITS - 8));
+        let mut sums = self.corners.each_ref().map(|corner| corners::of_mean(corner.mean));
         for part in 0..self.weights.parts() {
             let (weights, exponents, each) = (&mut self.weights, &self.exponents, self.each.max(1));
             with_bases(&self.corners, part * MODES, |bases| {
@@ -110,7 +109,7 @@ impl<'a, 'w> Cube<'a, 'w> {
         let mut values = [0.0; 8];
         for (corner, sum) in self.corners.iter().zip(sums) {
             if let Some(value) = values.get_mut(usize::from(corner.number)) {
-                *value = sum as f32 / (1u32 << WEIGHT_BITS) as f32;
+                *value = corners::in_voxels(sum);
             }
         }
         self.place.interpolate(&values)

@@ -144,7 +144,7 @@ pub enum OptionName {
     Reach,
     /// Hull reach sideways.
     Lateral,
-    /// Ridge of the global or local fit.
+    /// Ridge of the global fit.
     Ridge,
     /// Step length of the local fit.
     Step,

@@ -1,7 +1,7 @@
 //! The jointly fitted surface for many points: what [`Cube::distance`](crate::cube::Cube::distance) tells, to the last bit,
 //! with every voxel's distance worked out once, because the points of a scan lie in the same few voxels.
 
-use crate::corners::{MODES, ScaledWeights, WEIGHT_BITS, Weights, dots, padded};
+use crate::corners::{MODES, ScaledWeights, Weights, dots, in_voxels, of_mean, padded};
 use crate::lent::Lent;
 use crate::model::{BrickRows, Model};
 use crate::sample::Place;
@@ -69,8 +69,7 @@ impl<'m, 'b, W: Lent<u32>> Fitted<'m, 'b, W> {
     fn work_out(&mut self, at: [u16; 3], number: usize, tag: u32) -> f32 {
         let Some(brick) = self.model.brick_at(at) else { return 0.0 };
         let voxel = number.wrapping_sub(brick.first);
-        // 1/256 voxel is 2⁹ of the weights' units.
-        let mut sum = i32::from(brick.mean(voxel)) << (WEIGHT_BITS - 8);
+        let mut sum = of_mean(brick.mean(voxel));
         for part in 0..self.weights.parts() {
             let scaled = self.weights.part(part, brick.exponents());
             let values = brick.basis_from(voxel).get(part * MODES..).unwrap_or(&[]);
@@ -80,7 +79,7 @@ impl<'m, 'b, W: Lent<u32>> Fitted<'m, 'b, W> {
             };
             sum = sum.wrapping_add(dot);
         }
-        let distance = sum as f32 / (1u32 << WEIGHT_BITS) as f32;
+        let distance = in_voxels(sum);
         if let Some(slot) = self.slots.get_mut(number & self.mask) {
             *slot = [W::store(tag), W::store(distance.to_bits())];
         }

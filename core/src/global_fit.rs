@@ -5,16 +5,19 @@
 //! v = (Aᵀ W A + λ I)⁻¹ Aᵀ W (t - M),   λ = ridge · Σ W
 //! ```
 //!
-//! with A the whitened modes b' at the hull's voxels (voxels per σ). The sums are exact: integers within a
-//! brick, then multiples of 2⁻²⁸ below 2²⁴ in f64, so their order does not matter.
+//! with A the whitened modes b' at the hull's voxels (voxels per σ). The sums are integers within a
+//! brick, then f64 over the bricks in the order of the file: the same bits everywhere.
 
-use crate::arithmetic::{DISTANCE_BITS, FULL_WEIGHT, RESIDUAL_LIMIT};
+use crate::arithmetic::{DISTANCE_BITS, FULL_WEIGHT, MAX_WEIGHT, RESIDUAL_LIMIT};
 use crate::cholesky::solve;
 use crate::error::{Buffer, Error, OptionName};
 use crate::hull::Hull;
-use crate::model::{Brick, Model};
+use crate::model::{Brick, MAX_BRICK_VOXELS, Model};
 use crate::packed::packed;
 use crate::workspace::{Progress, first};
+
+/// Sums of a brick's voxels fit 32 bits: residuals are larger than basis values.
+const _: () = assert!(MAX_BRICK_VOXELS as i64 * FULL_WEIGHT as i64 * 128 * (RESIDUAL_LIMIT as i64) < 1 << 31);
 
 /// A global fit under way.
 #[derive(Debug)]
@@ -133,7 +136,7 @@ impl<'m, 'b> GlobalFit<'m, 'b> {
         }
         solve(matrix, vector);
         for (weight, value) in self.weights.iter_mut().zip(vector) {
-            *weight = value.clamp(-16.0, 16.0);
+            *weight = value.clamp(-f64::from(MAX_WEIGHT), f64::from(MAX_WEIGHT));
         }
     }
 }
@@ -184,12 +187,12 @@ fn signed(basis: u8) -> i32 {
 }
 
 /// FULL_WEIGHT is 2 to this power.
-const WEIGHT_BITS: i32 = FULL_WEIGHT.trailing_zeros() as i32;
+const HULL_WEIGHT_BITS: i32 = FULL_WEIGHT.trailing_zeros() as i32;
 
 /// Adds a brick's sums, scaled by its exponents, to the normal equations.
 fn fold(normal: &mut [f64], block: &[i32], exponents: &[u8]) {
     // 2^-e / FULL_WEIGHT by its bits: without a double precision unit scalbn takes hundreds of instructions.
-    let power = |e: i32| f64::from_bits(((1023 - WEIGHT_BITS - e).max(0) as u64) << 52);
+    let power = |e: i32| f64::from_bits(((1023 - HULL_WEIGHT_BITS - e).max(0) as u64) << 52);
     let mut sums = normal.iter_mut().zip(block);
     for (i, &row) in exponents.iter().enumerate() {
         for ((sum, &part), &column) in sums.by_ref().take(i + 1).zip(exponents) {

@@ -16,7 +16,7 @@ impl Grid {
     /// A grid of `sides` voxels, each a multiple of the brick edge `brick` (1..=8).
     ///
     /// # Errors
-    /// [`Error::Inconsistent`] when a side is 0, over [`MAX_SIDE`] or not a multiple of the edge.
+    /// [`Error::Inconsistent`] when the edge is not within 1..=8, or a side is 0, over [`MAX_SIDE`] or not a multiple of it.
     pub const fn new(sides: [u16; 3], brick: u8) -> Result<Self, Error> {
         let bad = Err(Error::Inconsistent(Part::Grid));
         if brick == 0 || brick > 8 {

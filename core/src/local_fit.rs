@@ -13,7 +13,8 @@
 //!
 //! The print of (14) adds the gradient, which climbs, and smooths the weights, which caps the detail; here
 //! the update descends and is smoothed instead. B D⁻¹ B is symmetric and positive, so a fixed radius is
-//! stable for μ < 2 (1 + β).
+//! stable for μ < 2 (1 + β). The steps that ship are longer and differ: together they damp what each of them alone would
+//! amplify ([`schedule::DEFAULT`](crate::schedule::DEFAULT)).
 //!
 //! Where the kernel is wider than a node, modes are taken [`GROUP`] at a time, so that gradients need memory for a
 //! group and not for all (`local_fit/wide.rs`). Where it is not, a sweep takes all modes of a layer of nodes at once
@@ -29,7 +30,7 @@ use crate::corner_rows::Row;
 use crate::curvature::cell_curvature;
 use crate::error::{Buffer, Error};
 use crate::field::Field;
-use crate::format::{MAX_MODES, digest};
+use crate::format::MAX_MODES;
 use crate::gradient::GROUP;
 use crate::hull::Hull;
 use crate::hull_rows::HullRows;
@@ -360,11 +361,6 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
     pub fn weights(&self) -> &[A::Weight] {
         self.weights
     }
-
-    /// The active nodes.
-    pub const fn nodes(&self) -> &NodeMap<'b> {
-        &self.nodes
-    }
 }
 
 /// V <- clamp(V + β (V - V_prev) - gain · U) at one node.
@@ -387,12 +383,5 @@ fn move_node<A: Arithmetic>(
                 (*previous, *weight) = (*weight, next);
             }
         }
-    }
-}
-
-impl LocalFit<'_, '_, crate::arithmetic::Fixed> {
-    /// CRC-32 of the weights.
-    pub fn digest(&self) -> u32 {
-        digest(self.weights.iter().map(|w| w.to_le_bytes()))
     }
 }

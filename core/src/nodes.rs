@@ -4,7 +4,7 @@
 
 use crate::cells::{Cell, cells};
 use crate::error::{Buffer, Error};
-use crate::grid::{linear, position, product};
+use crate::grid::{linear, product};
 use crate::model::{MAX_BRICK_ROWS, Model};
 use crate::workspace::first;
 
@@ -104,20 +104,6 @@ impl<'b> NodeMap<'b> {
         let [a, b, c, d] = [0, width, area, area + width].map(|offset| self.before_node(first + offset));
         [a, a + 1, b, b + 1, c, c + 1, d, d + 1]
     }
-
-    /// Visits the active nodes in the order of their numbers: number, position in the dense field.
-    #[inline]
-    pub fn for_each(&self, mut visit: impl FnMut(usize, usize)) {
-        let mut number = 0;
-        for (block, pair) in self.words.as_chunks::<2>().0.iter().enumerate() {
-            let [mut bits, _] = *pair;
-            while bits != 0 {
-                visit(number, block * 32 + bits.trailing_zeros() as usize);
-                number += 1;
-                bits &= bits - 1;
-            }
-        }
-    }
 }
 
 impl NodeMap<'_> {
@@ -162,28 +148,49 @@ pub struct Extent {
 }
 
 impl Extent {
-    /// Counts without a buffer: every node of the grid looks at the cells around it.
+    /// Counts without a buffer: every node near a stored brick looks at the cells around it. The work is bounded by the
+    /// length of the model.
     pub fn of(model: &Model<'_>, stride: u8) -> Self {
-        let [width, height, depth] = model.grid().node_sides(stride);
-        let area = product([width, height, 1]);
-        let layer =
-            |z: usize| (z * area..(z + 1) * area).filter(|&node| is_active(model, stride, node)).count();
-        (0..usize::from(depth)).map(layer).fold(Self::default(), |extent, nodes| Self {
+        let depth = model.grid().node_sides(stride)[2];
+        (0..depth).map(|z| active_of_layer(model, stride, z)).fold(Self::default(), |extent, nodes| Self {
             active: extent.active + nodes,
             widest: extent.widest.max(nodes),
         })
     }
 }
 
-fn is_active(model: &Model<'_>, stride: u8, node: usize) -> bool {
-    let sides = model.grid().node_sides(stride);
-    debug_assert!(node < product(sides));
-    let at = position(node, sides);
-    (0..8u16).any(|c| {
-        let [x, y, z] = at;
-        let cell = (x.checked_sub(c & 1), y.checked_sub(c >> 1 & 1), z.checked_sub(c >> 2));
-        matches!(cell, (Some(x), Some(y), Some(z)) if is_occupied(model, stride, [x, y, z]))
+/// Active nodes of a layer of constant z: a column of nodes that starts at a brick's edge is walked only where one of the
+/// bricks around it is stored.
+fn active_of_layer(model: &Model<'_>, stride: u8, z: u16) -> usize {
+    let side = u16::from(model.grid().brick().checked_div(stride).unwrap_or(1)).max(1);
+    let [width, height, _] = model.grid().node_sides(stride);
+    let brick_of = |node: u16| node.checked_div(side).unwrap_or(0);
+    let mut active = 0;
+    for y in 0..height {
+        for start in (0..width).step_by(usize::from(side)) {
+            if lies_near_stored(model, [start, y, z].map(brick_of)) {
+                let nodes = start..(start + side).min(width);
+                active += nodes.filter(|&x| is_active(model, stride, [x, y, z])).count();
+            }
+        }
+    }
+    active
+}
+
+/// Whether the brick at a position of the grid of bricks, or one before it in any direction, is stored.
+fn lies_near_stored(model: &Model<'_>, brick: [u16; 3]) -> bool {
+    cells_before(brick).any(|brick| model.brick_of_cell(brick).is_some())
+}
+
+/// The up to eight cells of which a node is a corner; bricks around one in the same way.
+fn cells_before([x, y, z]: [u16; 3]) -> impl Iterator<Item = [u16; 3]> {
+    (0..8u16).filter_map(move |c| {
+        Some([x.checked_sub(c & 1)?, y.checked_sub(c >> 1 & 1)?, z.checked_sub(c >> 2)?])
     })
+}
+
+fn is_active(model: &Model<'_>, stride: u8, node: [u16; 3]) -> bool {
+    cells_before(node).any(|cell| is_occupied(model, stride, cell))
 }
 
 /// Whether the cell with its lowest node at `cell` holds a stored voxel.

@@ -20,6 +20,7 @@
 //! not stored. Rows are integers ([`crate::pose_row`]) and their products exact sums ([`crate::columns`]); the rest is
 //! f32 through libm in a fixed order, and f64 in the solve: the same bits on every processor.
 
+use crate::arithmetic::MAX_WEIGHT;
 use crate::cholesky::solve;
 use crate::cloud::Cloud;
 use crate::columns::{Column, clear_from, products, set_row};
@@ -146,7 +147,7 @@ pub struct Agreement {
     pub weight: f32,
     /// Sum of w r², voxel².
     pub squared: f32,
-    /// Points on the support.
+    /// Points on the support, near enough to the surface to count.
     pub on_support: u32,
 }
 
@@ -270,16 +271,6 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         (self.pose, self.agreement, self.buffers.weights)
     }
 
-    /// The pose so far.
-    pub const fn pose(&self) -> Pose {
-        self.pose
-    }
-
-    /// How well the points lay on the model in the last complete iteration.
-    pub const fn agreement(&self) -> Agreement {
-        self.agreement
-    }
-
     /// Points used in a round.
     fn points(&self, round: &Round) -> usize {
         self.count.min(round.points)
@@ -348,7 +339,7 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         solve(matrix, vector);
         let (shape, motion) = vector.split_at(modes.min(vector.len()));
         for (weight, &change) in self.buffers.weights.iter_mut().zip(shape) {
-            *weight = (*weight + change as f32).clamp(-16.0, 16.0);
+            *weight = (*weight + change as f32).clamp(-MAX_WEIGHT as f32, MAX_WEIGHT as f32);
         }
         let &[a, b, c, x, y, z, growth] = motion else { return };
         let limit = 8.0 * self.model.header().scales.millimetre;

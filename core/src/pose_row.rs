@@ -149,9 +149,13 @@ impl<'a> Rows<'a> {
     }
 }
 
+/// Least γ: where the distance changes less along its gradient, it is none.
+const FLATTEST: f32 = 0.3;
+const _: () = assert!(((1u32 << FACTOR_BITS) as f32 / FLATTEST) < 32768.0);
+
 /// γ = max(|g|, 0.3) of a distance's gradient g.
 pub fn steepness(gradient: [f32; 3]) -> f32 {
-    libm::sqrtf(dot(gradient, gradient)).max(0.3)
+    libm::sqrtf(dot(gradient, gradient)).max(FLATTEST)
 }
 
 /// The least power of two above a positive number.

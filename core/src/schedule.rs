@@ -11,17 +11,15 @@ pub struct Pass<'a> {
     pub radius: u8,
     /// Step length μ of each iteration, within 0..=1024.
     pub steps: &'a [f32],
-    /// One in how many of the modes move, the strongest ones; at least 1.
+    /// One in how many of the modes move, the strongest ones; 0 counts as 1.
     pub part: u8,
 }
 
 impl Pass<'_> {
     /// How many of `modes` modes move, at least one.
     pub const fn moving(&self, modes: usize) -> usize {
-        match modes.checked_div(self.part as usize) {
-            None | Some(0) => modes,
-            Some(whole) => whole + (whole * (self.part as usize) < modes) as usize,
-        }
+        let part = if self.part == 0 { 1 } else { self.part as usize };
+        modes.div_ceil(part)
     }
 }
 
@@ -120,6 +118,13 @@ mod tests {
             .map(|i| low + (high - low) * f64::from(i) / 1000.0)
             .map(|l| left(l).abs())
             .fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn a_part_of_the_modes_moves_and_never_none() {
+        let moving = |part, modes| Pass { radius: 3, steps: &SHORT, part }.moving(modes);
+        assert_eq!([moving(1, 29), moving(3, 29), moving(3, 30), moving(3, 31)], [29, 10, 10, 11]);
+        assert_eq!([moving(3, 2), moving(200, 127), moving(0, 7)], [1, 1, 7]);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The model file: every kind of damage is refused, and any alignment will do.
 
 use lacuna::format::{CHECKSUM_AT, PREFIX, VERSION, checksum};
+use lacuna::nodes::{Extent, NodeMap, map_len};
 use lacuna::{Error, Model};
 use lacuna_fixtures::MODEL;
 use lacuna_host::synth::Random;
@@ -28,6 +29,19 @@ fn every_flipped_bit_is_refused() {
         bytes[at] ^= bit;
     }
     assert!(Model::from_bytes(&bytes).is_ok());
+}
+
+#[test]
+fn active_nodes_are_counted_without_a_buffer_as_with_one() {
+    let model = lacuna_tests::model();
+    let dividing = (1..=4).filter(|&stride| model.grid().brick().is_multiple_of(stride));
+    for stride in dividing {
+        let mut words = vec![0; map_len(model.grid().nodes(stride))];
+        let nodes = NodeMap::new(&model, stride, &mut words).unwrap();
+        let layers = (0..nodes.sides()[2]).map(|z| nodes.before(z + 1) - nodes.before(z));
+        let widest = layers.max().unwrap();
+        assert_eq!(Extent::of(&model, stride), Extent { active: nodes.active(), widest }, "stride {stride}");
+    }
 }
 
 #[test]

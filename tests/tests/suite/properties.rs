@@ -179,7 +179,7 @@ proptest! {
         box_sums::<Fixed>(&nodes, &mut dense, radius, &mut sums, 1);
         let r = i32::from(radius);
         let mut inside = 0;
-        nodes.for_each(|number, index| {
+        each(&nodes, |number, index| {
             let at = position(index, sides).map(i32::from);
             let mut offsets = (-r..=r).flat_map(|z| (-r..=r).flat_map(move |y| (-r..=r).map(move |x| [x, y, z])));
             let active = |o: [i32; 3]| {
@@ -196,12 +196,17 @@ proptest! {
     }
 }
 
+/// Visits the active nodes: number, position in the grid.
+fn each(nodes: &NodeMap<'_>, mut visit: impl FnMut(usize, usize)) {
+    nodes.for_each_run(|number, index, length| (0..length).for_each(|i| visit(number + i, index + i)));
+}
+
 /// Sums over boxes of nodes, taken one by one, zero outside the grid and at nodes that are not active.
 fn naive_sums(nodes: &NodeMap<'_>, field: &[i32], radius: u8) -> Vec<i32> {
     let sides = nodes.sides().map(i32::from);
     let r = i32::from(radius);
     let mut sums = vec![0i32; field.len()];
-    nodes.for_each(|number, index| {
+    each(nodes, |number, index| {
         let at = position(index, nodes.sides()).map(i32::from);
         let range = |axis: usize| (at[axis] - r).max(0)..(at[axis] + r + 1).min(sides[axis]);
         for (z, y, x) in range(2).flat_map(|z| range(1).flat_map(move |y| range(0).map(move |x| (z, y, x)))) {
