@@ -17,7 +17,7 @@ use crate::error::Error;
 use crate::model::{MAX_BRICK_VOXELS, Model};
 use crate::workspace::Sizes;
 
-pub use super::line::{Ended, Port};
+pub use super::line::{Ended, MOST_FAILURES, Port};
 
 /// Most bytes of names on the line.
 const NAME: usize = 64;

@@ -13,7 +13,7 @@ pub const MAX_MESSAGE: usize = 1024;
 pub const MAX_FRAME: usize = cobs::max_encoding_length(MAX_MESSAGE) + 2;
 /// Bytes of the checksum.
 const CHECKSUM: usize = 4;
-/// Fewer bytes than header, message and checksum can have: noise that deserves no answer.
+/// Fewest bytes that header, message and checksum can have: fewer are noise that deserves no answer.
 const SHORTEST: usize = 7;
 
 /// What stands before every message.
@@ -102,11 +102,12 @@ impl Receiver {
     }
 
     /// Header and message of the frame that was just completed; the message is `None` where the bytes are none
-    /// of its kind.
+    /// of its kind, or more than one has.
     pub fn message<'r, M: Deserialize<'r>>(&'r self) -> Option<(Header, Option<M>)> {
         let (plain, _) = self.frame().filter(|_| self.intact)?;
         let (header, body) = postcard::take_from_bytes(plain).ok()?;
-        Some((header, postcard::from_bytes(body).ok()))
+        let message = postcard::take_from_bytes(body).ok();
+        Some((header, message.filter(|(_, rest)| rest.is_empty()).map(|(message, _)| message)))
     }
 
     fn check(&mut self) -> bool {
@@ -180,6 +181,15 @@ mod tests {
                 assert_eq!(events(&mut receiver, frame)[0], 1, "byte {at}");
             }
         }
+    }
+
+    #[test]
+    fn a_message_with_bytes_behind_it_is_none() {
+        let (mut receiver, mut frame) = (Receiver::new(), [0; MAX_FRAME]);
+        let longer = encode(HEADER, &(1u16, 9u8), &mut [0; MAX_MESSAGE], &mut frame).unwrap();
+        assert_eq!(events(&mut receiver, longer), [1, 0]);
+        assert_eq!(receiver.message::<u16>(), Some((HEADER, None)));
+        assert_eq!(receiver.message::<(u16, u8)>(), Some((HEADER, Some((1, 9)))));
     }
 
     #[test]

@@ -88,7 +88,7 @@ impl Intake {
         let points = from_bytes(batch);
         let end = u32::try_from(points.len()).ok().and_then(|n| first.checked_add(n));
         if !batch.len().is_multiple_of(POINT_BYTES) {
-            return Err(Refusal::BadRequest);
+            return Err(Refusal::BrokenBatch);
         }
         if first != self.received {
             return Err(Refusal::WrongPlace { received: self.received });
@@ -112,7 +112,7 @@ impl Intake {
     ) -> Result<(), Refusal> {
         let (pixels, rest) = bytes.as_chunks::<PIXEL_BYTES>();
         if !rest.is_empty() {
-            return Err(Refusal::BadRequest);
+            return Err(Refusal::BrokenBatch);
         }
         let Camera { width, height, .. } = frame.camera;
         let first = frame.camera.number(column, row);

@@ -8,6 +8,10 @@ use embedded_io::{Read, ReadReady, Write};
 /// A serial line as HALs offer it. `read_ready` must not wait; `read` may, for at least one byte. What arrives
 /// while a piece of work is done (see [`Completion::step`](crate::Completion::step)) has to be buffered by the
 /// line, or is sent again.
+///
+/// An error of `read` or `read_ready` (an overrun, a framing error) means that bytes were lost, as they may be at any time;
+/// a line that fails [`MOST_FAILURES`] times without a byte in between is taken to be dead, and so is one that cannot be
+/// written to.
 pub trait Port: Read + ReadReady + Write {
     /// What the machine has executed so far: instructions, cycles or ticks, across the whole u64; by default,
     /// it does not count.
@@ -31,6 +35,9 @@ impl<E> From<E> for Ended<E> {
         Self::Failed(error)
     }
 }
+
+/// Failures of a line in a row that are taken for lost bytes.
+pub const MOST_FAILURES: u32 = 16;
 
 /// Bytes taken from the line at a time.
 const CHUNK: usize = 64;
@@ -83,6 +90,8 @@ pub(super) struct Line<'l, P> {
     buffers: &'l mut LineBuffers,
     /// Header of the last executed request; of none after a reset.
     last: Header,
+    /// Failures since the last byte.
+    failures: u32,
 }
 
 /// What to do with an intact frame.
@@ -98,7 +107,7 @@ impl<'l, P: Port> Line<'l, P> {
     pub fn new(port: &'l mut P, buffers: &'l mut LineBuffers) -> Self {
         buffers.receiver.restart();
         (buffers.next, buffers.end, buffers.reply_length) = (0, 0, 0);
-        Self { port, buffers, last: Header::default() }
+        Self { port, buffers, last: Header::default(), failures: 0 }
     }
 
     /// The next request to execute, to be answered by [`Line::answer`]. Hello, repetitions and whatever is
@@ -166,13 +175,23 @@ impl<'l, P: Port> Line<'l, P> {
                 }
             }
             // A line that never falls silent must not keep the device from its work.
-            if patience == Patience::Glance && (reads >= MAX_FRAME || !self.port.read_ready()?) {
+            if patience == Patience::Glance && reads >= MAX_FRAME {
                 return Ok(Event::Nothing);
             }
             reads = reads.saturating_add(1);
-            (b.next, b.end) = (0, self.port.read(&mut b.chunk)?);
-            if b.end == 0 {
-                return Err(Ended::Closed);
+            let ready = if patience == Patience::Wait { Ok(true) } else { self.port.read_ready() };
+            let received = match ready {
+                Ok(false) => return Ok(Event::Nothing),
+                Ok(true) => self.port.read(&mut b.chunk),
+                Err(error) => Err(error),
+            };
+            (b.next, b.end) = (0, received.as_ref().copied().unwrap_or(0));
+            match received {
+                Ok(0) => return Err(Ended::Closed),
+                Ok(_) => self.failures = 0,
+                Err(error) if self.failures >= MOST_FAILURES => return Err(Ended::Failed(error)),
+                // Bytes were lost: the checksum tells whether they mattered.
+                Err(_) => self.failures = self.failures.saturating_add(1),
             }
         }
     }

@@ -33,7 +33,8 @@
 //! | `Hello` with another version | refuses: `UnknownVersion`, with the one it speaks |
 //! | another session number | refuses: `WrongSession`, with its own; 0 is none, after a reset |
 //! | another sequence number | refuses: `OutOfOrder`, with the one it expects |
-//! | an intact frame it cannot read | refuses: `BadRequest` |
+//! | an intact frame whose message it cannot read | refuses: `BadRequest`; the same sequence number stays due |
+//! | an intact frame without a header | nothing |
 //! | a damaged frame | answers `Damaged` with the header of the last executed request |
 //! | fewer than 8 bytes between zeros | nothing |
 //!
@@ -108,6 +109,7 @@
 //! | `RowTooLong` | more pixels than are left of the row |
 //! | `TooManyPoints` | the pixels would make more points than were announced, or more are announced than the device holds |
 //! | `RowsMissing` | `Fit` before the last pixel |
+//! | `BrokenBatch` | an odd number of bytes |
 //! | `Busy` | pixels during or after the fit |
 //!
 //! # Interruption
@@ -122,8 +124,8 @@
 //! the core's [`Error`](crate::Error).
 //!
 //! # Versions
-//! The version is one number. Within a version messages, refusals and errors may be added at the end of their
-//! lists, nothing else; an end that does not know a message answers `BadRequest`. Frames, header, Hello and
+//! The version is one number. Within a version messages, refusals, errors, hints and iterations may be added at the end
+//! of their lists, nothing else; a device that does not know a message, or a value in it, answers `BadRequest`. Frames, header, Hello and
 //! `Refused` `UnknownVersion` are the same in all versions.
 
 mod desk;

@@ -89,4 +89,6 @@ pub enum Refusal {
         /// Rows announced.
         announced: u16,
     },
+    /// Bytes that are no whole number of points or pixels.
+    BrokenBatch,
 }

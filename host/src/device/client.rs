@@ -15,11 +15,18 @@ pub struct Timing {
     pub pause: Duration,
     /// Times a request is sent at most.
     pub attempts: u32,
+    /// For a device that answers to get any further.
+    pub standstill: Duration,
 }
 
 impl Default for Timing {
     fn default() -> Self {
-        Self { reply: Duration::from_secs(2), pause: Duration::from_millis(100), attempts: 10 }
+        Self {
+            reply: Duration::from_secs(2),
+            pause: Duration::from_millis(100),
+            attempts: 10,
+            standstill: Duration::from_secs(120),
+        }
     }
 }
 
@@ -72,7 +79,8 @@ impl<L: Link> Client<L> {
     pub fn hello(&mut self) -> Result<(), Error> {
         self.header = Header { session: self.header.session.wrapping_add(1).max(1), sequence: 0 };
         self.statistics.sessions += 1;
-        match self.exchange(&Request::Hello { version: VERSION })? {
+        self.exchange(&Request::Hello { version: VERSION })?;
+        match self.reply()? {
             Reply::Hello { version: VERSION } => Ok(()),
             _ => Err(Error::Unexpected),
         }
@@ -84,7 +92,12 @@ impl<L: Link> Client<L> {
     /// The device refuses, or does not answer.
     pub fn ask(&mut self, request: &Request<'_>) -> Result<Reply<'_>, Error> {
         self.header.sequence = self.header.sequence.wrapping_add(1);
-        self.exchange(request)
+        self.exchange(request)?;
+        if matches!(self.reply(), Err(Error::Refused(Refusal::BadRequest))) {
+            // It was not executed: its number is still due.
+            self.header.sequence = self.header.sequence.wrapping_sub(1);
+        }
+        self.reply()
     }
 
     /// The status in answer to a request that has one.
@@ -109,7 +122,8 @@ impl<L: Link> Client<L> {
         }
     }
 
-    fn exchange(&mut self, request: &Request<'_>) -> Result<Reply<'_>, Error> {
+    /// Sends a request until its reply has come.
+    fn exchange(&mut self, request: &Request<'_>) -> Result<(), Error> {
         let (mut scratch, mut frame) = ([0; MAX_MESSAGE], [0; MAX_FRAME]);
         let frame = encode(self.header, request, &mut scratch, &mut frame).ok_or(Error::TooLong)?;
         for attempt in 0..self.timing.attempts {
@@ -117,7 +131,7 @@ impl<L: Link> Client<L> {
             self.statistics.repeated += u64::from(attempt > 0);
             self.link.send(frame)?;
             if matches!(self.listen()?, Heard::Reply) {
-                return self.reply();
+                return Ok(());
             }
         }
         Err(Error::Silent(self.timing.attempts))

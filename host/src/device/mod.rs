@@ -44,6 +44,9 @@ pub enum Error {
     /// Resets without end.
     #[error("the device lost the session {0} times: does it restart again and again?")]
     Unsteady(u32),
+    /// The same state again and again.
+    #[error("the device answers, but got no further for {} seconds: reset it", .0.as_secs())]
+    Standstill(std::time::Duration),
     /// Distances that cannot be.
     #[error("the device's distances do not belong to this model")]
     Distances,

@@ -9,6 +9,7 @@ use lacuna::completion::{Outcome, Stage};
 use lacuna::wire::Refusal;
 use lacuna::wire::distances::unpack;
 use lacuna::wire::message::{Counters, Reply, Request, State, Status, Vector};
+use std::time::Instant;
 
 /// Sessions lost before giving up.
 const RESUMPTIONS: u32 = 16;
@@ -66,7 +67,13 @@ fn attempt<L: Link>(
     watch: &mut dyn FnMut(Progress),
 ) -> Result<Results, Error> {
     let mut status = client.status(&Request::Status)?;
+    let mut last = (status, Instant::now());
     loop {
+        if status != last.0 {
+            last = (status, Instant::now());
+        } else if last.1.elapsed() > client.timing.standstill {
+            return Err(Error::Standstill(client.timing.standstill));
+        }
         status = match status.state {
             _ if (status.scan, status.announced) != scan.announced() => {
                 client.status(&scan.announcement())?

@@ -15,7 +15,12 @@ use std::time::Duration;
 
 /// Lets a client ask for what the device is and for a completion; the input answers.
 pub fn run(bytes: &[u8]) {
-    let timing = Timing { reply: Duration::from_secs(600), pause: Duration::ZERO, attempts: 2 };
+    let timing = Timing {
+        reply: Duration::from_secs(600),
+        pause: Duration::ZERO,
+        attempts: 2,
+        standstill: Duration::from_secs(600),
+    };
     let mut client = Client::new(Answers::new(bytes), timing);
     let _ = client.hello();
     let _ = client.info().map(|info| info.machine.len());
@@ -115,7 +120,7 @@ fn state(number: u8) -> State {
 
 fn refusal(number: u8) -> Refusal {
     let value = number.into();
-    match number % 10 {
+    match number % 11 {
         0 => Refusal::Damaged,
         1 => Refusal::BadRequest,
         2 => Refusal::UnknownVersion { spoken: value as u16 },
@@ -125,6 +130,7 @@ fn refusal(number: u8) -> Refusal {
         6 => Refusal::OutOfRange { limit: value },
         7 => Refusal::PointsMissing { received: value, announced: 1 },
         8 => Refusal::NoResult,
+        9 => Refusal::BrokenBatch,
         _ => Refusal::Core(Error::Pose),
     }
 }

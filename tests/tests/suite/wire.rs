@@ -2,14 +2,15 @@
 //! refusal says why.
 
 use embedded_io::{ErrorKind, ErrorType, Read, ReadReady, Write};
+use lacuna::completion::Stage;
 use lacuna::depth::{Camera, Frame, Rows};
 use lacuna::error::OptionName;
 use lacuna::wire::Refusal;
-use lacuna::wire::device::Port;
+use lacuna::wire::device::{Ended, MOST_FAILURES, Port};
 use lacuna::wire::distances::{Packer, unpack};
 use lacuna::wire::frame::{Event, Header, MAX_FRAME, MAX_MESSAGE, Receiver, encode};
 use lacuna::wire::message::{
-    Begin, BeginDepth, Hint, MAX_BATCH, MAX_DATA, MAX_PIXELS, Reply, Request, State, VERSION, Vector,
+    Begin, BeginDepth, Hint, MAX_BATCH, MAX_DATA, MAX_PIXELS, Reply, Request, State, Status, VERSION, Vector,
 };
 use lacuna::{Error, Fixed, Model, Pose};
 use lacuna_host::device::{self, Client, Link, Scan, Timing, refusal, run};
@@ -27,7 +28,12 @@ use rand_chacha::ChaCha8Rng;
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-const TIMING: Timing = Timing { reply: Duration::from_secs(60), pause: Duration::ZERO, attempts: 40 };
+const TIMING: Timing = Timing {
+    reply: Duration::from_secs(60),
+    pause: Duration::ZERO,
+    attempts: 40,
+    standstill: Duration::from_secs(60),
+};
 
 /// Runs a scan under a number of its own and gives back its digests.
 fn completed(client: &mut Client<&HostEnd>, number: u32, batch: usize) -> Result<Digests, device::Error> {
@@ -123,15 +129,18 @@ impl Link for Chatter {
 
 #[test]
 fn a_line_that_never_falls_silent_is_given_up() {
-    let timing = Timing { reply: Duration::from_millis(5), pause: Duration::ZERO, attempts: 2 };
+    let timing = Timing { reply: Duration::from_millis(5), pause: Duration::ZERO, attempts: 2, ..TIMING };
     let mut client = Client::new(Chatter, timing);
     assert!(matches!(client.hello(), Err(device::Error::Silent(2))));
 }
 
 /// A connection of which one end has been recorded.
+#[derive(Default)]
 struct Tape {
     input: Vec<u8>,
     output: Vec<u8>,
+    /// Reads that fail first.
+    failures: u32,
 }
 
 impl Port for Tape {}
@@ -142,6 +151,10 @@ impl ErrorType for Tape {
 
 impl Read for Tape {
     fn read(&mut self, bytes: &mut [u8]) -> Result<usize, ErrorKind> {
+        if self.failures > 0 {
+            self.failures -= 1;
+            return Err(ErrorKind::Other);
+        }
         let count = self.input.len().min(bytes.len());
         bytes.iter_mut().zip(self.input.drain(..count)).for_each(|(to, from)| *to = from);
         Ok(count)
@@ -175,7 +188,7 @@ fn what_a_connection_left_behind_is_not_heard_by_the_next_one() {
     let cut = frame(5, &Request::Points { first: 0, batch: &[7; 120] });
     let mut memory = DeviceMemory::new(&small().model, 10);
     let mut said = |input: Vec<u8>| {
-        let mut tape = Tape { input, output: vec![] };
+        let mut tape = Tape { input, ..Tape::default() };
         memory.serve(&mut tape, &small().model);
         let mut receiver = Receiver::new();
         let mut heard = |byte: u8| match receiver.push(byte) {
@@ -189,6 +202,87 @@ fn what_a_connection_left_behind_is_not_heard_by_the_next_one() {
     let greeting = |session: u32| vec![(session, format!("{:?}", Some(Reply::Hello { version: VERSION })))];
     assert_eq!(said([frame(5, &hello), cut[..100].to_vec()].concat()), greeting(5));
     assert_eq!(said(frame(6, &hello)), greeting(6));
+}
+
+#[test]
+fn a_line_that_fails_now_and_then_only_loses_bytes() {
+    let (mut scratch, mut frame) = ([0; MAX_MESSAGE], [0; MAX_FRAME]);
+    let header = Header { session: 5, sequence: 0 };
+    let input =
+        encode(header, &Request::Hello { version: VERSION }, &mut scratch, &mut frame).unwrap().to_vec();
+    let mut memory = DeviceMemory::new(&small().model, 10);
+    let mut served = |failures: u32| {
+        let mut tape = Tape { input: input.clone(), failures, ..Tape::default() };
+        let ended = memory.serve(&mut tape, &small().model);
+        (ended, tape.output.is_empty())
+    };
+    assert_eq!(served(MOST_FAILURES), (Ended::Closed, false));
+    assert_eq!(served(MOST_FAILURES + 1), (Ended::Failed(ErrorKind::Other), true));
+}
+
+/// A device that answers at once.
+struct Answering<F> {
+    answer: F,
+    receiver: Receiver,
+    waiting: Vec<u8>,
+}
+
+impl<F: FnMut(Header, Request<'_>) -> Reply<'static>> Answering<F> {
+    fn with(answer: F) -> Self {
+        Self { answer, receiver: Receiver::new(), waiting: vec![] }
+    }
+}
+
+impl<F: FnMut(Header, Request<'_>) -> Reply<'static>> Link for Answering<F> {
+    fn send(&mut self, bytes: &[u8]) -> std::io::Result<()> {
+        let (mut scratch, mut frame) = ([0; MAX_MESSAGE], [0; MAX_FRAME]);
+        for &byte in bytes {
+            if self.receiver.push(byte) == Event::Frame {
+                let (header, request) = self.receiver.message::<Request<'_>>().unwrap();
+                let reply = (self.answer)(header, request.unwrap());
+                self.waiting.extend(encode(header, &reply, &mut scratch, &mut frame).unwrap());
+            }
+        }
+        Ok(())
+    }
+
+    fn receive(&mut self, bytes: &mut [u8], _: Duration) -> std::io::Result<usize> {
+        let count = self.waiting.len().min(bytes.len());
+        bytes.iter_mut().zip(self.waiting.drain(..count)).for_each(|(to, from)| *to = from);
+        Ok(count)
+    }
+}
+
+#[test]
+fn a_device_that_gets_no_further_is_given_up() {
+    let begin = small().scan.begin;
+    let state = State::Fitting { stage: Stage::Hull, done: 1, total: 9 };
+    let status = Status { state, scan: begin.scan, received: begin.points, announced: begin.points };
+    let timing = Timing { standstill: Duration::from_millis(20), ..TIMING };
+    let mut client = Client::new(Answering::with(|_, _| Reply::Status(status)), timing);
+    let model = Model::from_bytes(&small().model).unwrap();
+    let ended = run(&mut client, &model, &small().scan, &mut |_| ());
+    assert!(matches!(ended, Err(device::Error::Standstill(_))), "{:?}", ended.map(|_| ()));
+}
+
+#[test]
+fn after_a_request_that_the_device_does_not_know_the_same_number_is_due() {
+    let mut due = vec![];
+    let answer = |header: Header, request: Request<'_>| {
+        due.push(header.sequence);
+        match request {
+            Request::Hello { .. } => Reply::Hello { version: VERSION },
+            Request::Counters => Reply::Refused(Refusal::BadRequest),
+            _ => Reply::Refused(Refusal::NoResult),
+        }
+    };
+    let mut client = Client::new(Answering::with(answer), TIMING);
+    client.hello().unwrap();
+    for request in [Request::Outcome, Request::Counters, Request::Outcome, Request::Outcome] {
+        assert!(client.ask(&request).is_err());
+    }
+    drop(client);
+    assert_eq!(due, [0, 1, 2, 2, 3]);
 }
 
 proptest! {
@@ -376,7 +470,7 @@ fn each_wrong_request_is_refused_by_name() {
     client.status(&Request::Begin(begin)).unwrap();
     let with_scan = [
         (points(1, &[0; 12]), Refusal::WrongPlace { received: 0 }),
-        (points(0, &[0; 13]), Refusal::BadRequest),
+        (points(0, &[0; 13]), Refusal::BrokenBatch),
         (points(0, &[0; 12 * 21]), Refusal::TooManyPoints { limit: 20 }),
         (Request::Fit, Refusal::PointsMissing { received: 0, announced: 20 }),
         (Request::DepthRows { row: 0, column: 0, pixels: &[0; 2] }, Refusal::WrongKind),
@@ -446,7 +540,7 @@ fn pixels_that_do_not_follow_are_refused_and_change_nothing() {
         (rows(0, width, &[]), Refusal::WrongRow { row: 0, column: 48 }),
         (rows(height, 0, &pixels[..2]), Refusal::WrongRow { row: 0, column: 48 }),
         (rows(0, 48, &pixels[..98]), Refusal::RowTooLong { width }),
-        (rows(0, 48, &pixels[..3]), Refusal::BadRequest),
+        (rows(0, 48, &pixels[..3]), Refusal::BrokenBatch),
         (Request::Points { first: 0, batch: &[] }, Refusal::WrongKind),
         (Request::Fit, Refusal::RowsMissing { received: 0, announced: height }),
     ];
@@ -583,7 +677,7 @@ fn every_refusal_has_a_sentence_of_its_own() {
     };
     let sentences: BTreeSet<(String, String)> = refusals().iter().map(|r| (name(r), refusal(r))).collect();
     let kinds: BTreeSet<&String> = sentences.iter().map(|(kind, _)| kind).collect();
-    assert!(kinds.len() >= 32, "{kinds:?}");
+    assert!(kinds.len() >= 33, "{kinds:?}");
     let different: BTreeSet<&String> = sentences.iter().map(|(_, sentence)| sentence).collect();
     for (kind, sentence) in &sentences {
         assert!(sentence.len() > 20, "{kind}: {sentence}");
