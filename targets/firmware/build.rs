@@ -27,6 +27,12 @@ fn input(variable: &str, built_in: &[u8]) -> Result<Vec<u8>, Box<dyn std::error:
     println!("cargo:rerun-if-env-changed={variable}");
     let Ok(path) = env::var(variable) else { return Ok(built_in.to_vec()) };
     println!("cargo:rerun-if-changed={path}");
+    if Path::new(&path).is_relative() {
+        // Cargo runs this in the folder of the package, not where the file was named.
+        return Err(
+            format!("{variable}={path}: give the whole path, for instance {variable}=$PWD/{path}").into()
+        );
+    }
     fs::read(Path::new(&path)).map_err(|error| format!("{variable}: cannot read {path}: {error}").into())
 }
 

@@ -3,7 +3,8 @@
 use crate::required::lacks;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 /// The machines: folder, target triple.
 pub const MACHINES: [(&str, &str); 4] = [
@@ -115,12 +116,23 @@ fn cargo(machine: &str, triple: &str) -> Command {
     command
 }
 
+/// A firmware's example takes less than this, or it never ends: seconds on a slow computer.
+const LONGEST: Duration = Duration::from_secs(300);
+
 /// Runs a firmware's example.
 ///
 /// # Panics
-/// A firmware that ends with an error.
+/// A firmware that ends with an error, or not at all.
 pub fn run(machine: &str, elf: &Path) -> Run {
-    let output = Command::new(folder().join("qemu.sh")).arg(machine).arg(elf).output().expect("qemu.sh");
+    let mut command = Command::new(folder().join("qemu.sh"));
+    command.arg(machine).arg(elf).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().expect("qemu.sh");
+    let end = Instant::now() + LONGEST;
+    while child.try_wait().expect("a child").is_none() {
+        assert!(Instant::now() < end || child.kill().is_err(), "{machine} does not come to an end");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let output = child.wait_with_output().expect("what it printed");
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{machine}: {text}{}", String::from_utf8_lossy(&output.stderr));
     let mut run = Run::default();

@@ -68,3 +68,9 @@ impl Machine for Virt {
 fn main() -> ! {
     lacuna_firmware::run(Virt)
 }
+
+// SAFETY: the runtime asks for a function of this name and type.
+#[unsafe(export_name = "ExceptionHandler")]
+extern "C" fn exception(_: &riscv_rt::TrapFrame) -> ! {
+    lacuna_firmware::fault()
+}
