@@ -101,8 +101,7 @@ impl Complete {
         self.advise(&model, &mut completion);
         self.write(&completion, &model, factor)?;
         self.write_report(&completion, &model, &scan, &notes)?;
-        self.tell(common, &completion, &model, (seconds, notes));
-        Ok(())
+        self.tell(common, &completion, &model, (seconds, notes))
     }
 
     /// After a pose that explains little: what would make the scan fit.
@@ -147,7 +146,7 @@ impl Complete {
         let mut read = self.subject.files();
         read.extend(self.pose.iter().chain(&self.pose_hint).map(PathBuf::from));
         outputs::check(&read, &files)?;
-        self.report.as_deref().map_or(Ok(()), inputs::report_folder)
+        self.report_path().map_or(Ok(()), |path| inputs::check_report(&path))
     }
 
     fn report_path(&self) -> Option<PathBuf> {
@@ -251,7 +250,7 @@ impl Complete {
         completion: &Completion,
         model: &Model<'_>,
         (seconds, notes): (f64, Vec<String>),
-    ) {
+    ) -> Result<(), Failure> {
         let kept = if self.keep_clutter { &completion.clutter.mesh } else { &Mesh::default() };
         let measured = completion.merged.labels.iter().filter(|&&l| l == MEASURED).count();
         let completed = Completed {
@@ -278,10 +277,11 @@ impl Complete {
             notes,
         };
         if common.json {
-            say(&serde_json::to_string_pretty(&completed).unwrap_or_default());
-            return;
+            say(&serde_json::to_string_pretty(&completed)?);
+            return Ok(());
         }
         completed.lines(unit::symbol(model.header().unit)).iter().for_each(|line| say(line));
+        Ok(())
     }
 }
 

@@ -1,6 +1,6 @@
 //! What several subcommands read: models, scans, units, poses.
 
-use super::Failure;
+use super::{Failure, outputs};
 use crate::check;
 use crate::check::alternatives::Alternative;
 use crate::complete::depth_rows::DepthImage;
@@ -10,8 +10,8 @@ use crate::register::Placed;
 use crate::sentence::sentence;
 use crate::similarity::scale_and_rotation;
 use crate::{size, unit};
+use lacuna::Model;
 use lacuna::format::Unit;
-use lacuna::{Model, Pose};
 use nalgebra::Matrix4;
 use std::path::{Path, PathBuf};
 
@@ -105,7 +105,7 @@ impl Subject {
 }
 
 /// An error with the scan it belongs to.
-fn named(path: Option<&Path>, error: &dyn std::error::Error) -> Failure {
+pub fn named(path: Option<&Path>, error: &dyn std::error::Error) -> Failure {
     let name = path.map_or("the example scan".into(), |path| path.display().to_string());
     format!("{name}: {error}").into()
 }
@@ -128,7 +128,7 @@ pub fn usable_scan(path: Option<&Path>, model: &Model<'_>) -> Result<Mesh, Failu
 /// The bytes of a model file, or of the built-in model.
 pub fn model_bytes(path: Option<&Path>) -> Result<Vec<u8>, Failure> {
     let Some(path) = path else { return Ok(lacuna_fixtures::MODEL.to_vec()) };
-    std::fs::read(path).map_err(|cause| io::Error::Read { path: path.into(), cause }.into())
+    Ok(io::limit::load(path, 1)?)
 }
 
 /// The model in these bytes; `path` is for the message.
@@ -150,17 +150,16 @@ pub fn scan(path: Option<&Path>) -> Result<Loaded, Failure> {
     Ok(loaded)
 }
 
-/// Finds before any work is done that a folder for reports cannot be made.
-pub fn report_folder(folder: &Path) -> Result<(), Failure> {
+/// Finds before any work is done that a report cannot be written.
+pub fn check_report(path: &Path) -> Result<(), Failure> {
+    let folder = path.parent().unwrap_or(Path::new(""));
     let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
-    if folder.exists() && !folder.is_dir() {
-        return Err(format!("cannot write reports into {}: it is a file", folder.display()).into());
-    }
-    if let Some(parent) = parent.filter(|parent| !parent.is_dir()) {
+    if let Some(parent) = parent.filter(|parent| !parent.exists()) {
         let (folder, parent) = (folder.display(), parent.display());
         return Err(format!("cannot make {folder}: the folder {parent} does not exist").into());
     }
-    Ok(())
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    outputs::check_folder(folder, &[&*name])
 }
 
 /// Writes a report; its folder is made where it is missing.
@@ -197,26 +196,14 @@ pub fn pose(text: &str, model: &Model<'_>, factor: f64) -> Result<Placed, Failur
         )
         .into());
     }
-    let header = model.header();
-    let spacing = f64::from(header.spacing);
-    let origin = nalgebra::Vector3::from(header.origin.map(f64::from));
-    // The pose works on centred coordinates: the centre is what maps to the middle of the grid.
-    let middle = nalgebra::Vector3::from(header.sides.map(|side| f64::from(side) / 2.0));
-    let target = middle * spacing + origin - matrix.fixed_view::<3, 1>(0, 3);
-    let centre = Point::from(rotation.transpose() * target / scale);
-    let pose = Pose {
-        rotation: rotation.transpose().map(|c| c as f32).into(),
-        scale: (scale / spacing) as f32,
-        translation: middle.map(|c| c as f32).into(),
-    };
-    Ok(Placed { centre, pose })
+    Ok(Placed::new(model, &rotation, scale, &matrix.fixed_view::<3, 1>(0, 3).into()))
 }
 
 fn read_matrix(path: &Path) -> Result<Matrix4<f64>, Failure> {
     let name = path.display();
-    let text = std::fs::read_to_string(path).map_err(|cause| io::Error::Read { path: path.into(), cause })?;
+    let bytes = io::limit::load(path, io::limit::PER_BYTE)?;
     let value: serde_json::Value =
-        serde_json::from_str(&text).map_err(|error| format!("{name} is not JSON: {error}"))?;
+        serde_json::from_slice(&bytes).map_err(|error| format!("{name} is not JSON: {error}"))?;
     let rows =
         value.get("scan_to_model").or_else(|| value.get("truth")?.get("scan_to_model")).unwrap_or(&value);
     let rows: [[f64; 4]; 4] = serde_json::from_value(rows.clone()).map_err(|_| {

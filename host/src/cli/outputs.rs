@@ -1,6 +1,7 @@
 //! Where a command writes: nothing that it reads, no two results in one file, no result under the name of another format.
 
 use super::Failure;
+use crate::io::atomic;
 use std::path::{Path, PathBuf};
 
 /// Wrong usage, which ends with exit code 2.
@@ -25,7 +26,20 @@ const KNOWN: [&str; 14] =
 /// As [`apart`], and refuses before any work is done what cannot be written.
 pub fn check(inputs: &[impl AsRef<Path>], outputs: &[Output<'_>]) -> Result<(), Failure> {
     apart(inputs, outputs)?;
-    outputs.iter().try_for_each(|output| writable(output.path))
+    Ok(outputs.iter().try_for_each(|output| atomic::check(output.path))?)
+}
+
+/// Finds before any work is done that files cannot be written into a folder, which is made if need be.
+pub fn check_folder(folder: &Path, files: &[&str]) -> Result<(), Failure> {
+    if folder.is_dir() {
+        return Ok(files.iter().try_for_each(|file| atomic::check(&folder.join(file)))?);
+    }
+    match folder.ancestors().find(|above| above.exists()) {
+        Some(file) if !file.is_dir() => {
+            Err(format!("cannot write into {}: {} is a file", folder.display(), file.display()).into())
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Refuses outputs that would overwrite one of the inputs or each other, or whose names say another format.
@@ -57,19 +71,6 @@ pub fn apart(inputs: &[impl AsRef<Path>], outputs: &[Output<'_>]) -> Result<(), 
     Ok(())
 }
 
-fn writable(path: &Path) -> Result<(), Failure> {
-    let name = path.display();
-    if path.is_dir() {
-        return Err(format!("cannot write {name}: it is a folder").into());
-    }
-    match path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
-        Some(folder) => {
-            Err(format!("cannot write {name}: the folder {} does not exist", folder.display()).into())
-        }
-        None => Ok(()),
-    }
-}
-
 fn usage(text: String) -> Result<(), Failure> {
     Err(Usage(text).into())
 }
@@ -85,6 +86,7 @@ fn identity(path: &Path) -> Option<PathBuf> {
     match path.canonicalize() {
         Ok(there) => (there.is_file() || there.is_dir()).then_some(there),
         Err(_) => {
+            let path = atomic::followed(path);
             let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
             Some(folder.unwrap_or(Path::new(".")).canonicalize().ok()?.join(path.file_name()?))
         }
@@ -114,8 +116,8 @@ mod tests {
         assert!(said(&[output("--picture", &result, "png")]).unwrap_err().contains(".png"));
         assert!(said(&[output("--output", Path::new("-"), "ply")]).unwrap_err().contains("standard output"));
         let nowhere = folder.path().join("no").join("result.ply");
-        assert!(said(&[output("--output", &nowhere, "ply")]).unwrap_err().ends_with("does not exist"));
-        assert!(said(&[output("--output", folder.path(), "ply")]).unwrap_err().ends_with("is a folder"));
+        assert!(said(&[output("--output", &nowhere, "ply")]).unwrap_err().contains("does not exist"));
+        assert!(said(&[output("--output", folder.path(), "ply")]).unwrap_err().contains("is a folder"));
     }
 
     #[cfg(unix)]
@@ -126,5 +128,9 @@ mod tests {
         std::fs::write(&scan, b"ply").unwrap();
         std::os::unix::fs::symlink(&scan, &link).unwrap();
         assert!(check(&[&scan], &[output("--output", &link, "ply")]).is_err());
+        let [result, link] = ["result.ply", "later.ply"].map(|name| folder.path().join(name));
+        std::os::unix::fs::symlink(&result, &link).unwrap();
+        let both = [output("--output", &result, "ply"), output("--local-surface", &link, "ply")];
+        assert!(check(&[&scan], &both).is_err());
     }
 }

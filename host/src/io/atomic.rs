@@ -24,16 +24,58 @@ use super::error::Error;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Error> {
-    let result = match fs::metadata(path) {
+    let result = target(path).and_then(|target| match target {
+        Target::Direct => fill_directly(path, fill),
+        Target::Replaced { path, permissions } => replace(&path, permissions, fill),
+    });
+    result.map_err(|cause| Error::Write { path: path.into(), cause })
+}
+
+/// Finds before any work is done what [`write`] would fail for: nothing is written.
+///
+/// # Errors
+/// [`Error::Write`] as [`write`] has it, but for a full disk.
+pub fn check(path: &Path) -> Result<(), Error> {
+    let result = target(path).and_then(|target| match target {
+        Target::Direct => Ok(()),
+        // Without a name: an end at any moment leaves nothing.
+        Target::Replaced { path, .. } => tempfile::tempfile_in(folder_of(&path)).map(drop),
+    });
+    result.map_err(|cause| Error::Write { path: path.into(), cause })
+}
+
+/// How a file is written.
+enum Target {
+    /// A device or a pipe, as it is.
+    Direct,
+    /// A file, there or not: it gets the permissions of the one before.
+    Replaced { path: PathBuf, permissions: Option<fs::Permissions> },
+}
+
+/// Where a path leads, if that can be written.
+fn target(path: &Path) -> io::Result<Target> {
+    match fs::metadata(path) {
         Ok(there) if there.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
         Ok(there) if there.permissions().readonly() => Err(io::ErrorKind::PermissionDenied.into()),
-        Ok(there) if !there.is_file() => fill_directly(path, fill),
+        Ok(there) if !there.is_file() => Ok(Target::Direct),
         Ok(there) => {
-            fs::canonicalize(path).and_then(|target| replace(&target, Some(there.permissions()), fill))
+            Ok(Target::Replaced { path: fs::canonicalize(path)?, permissions: Some(there.permissions()) })
         }
-        Err(_) => replace(path, None, fill),
-    };
-    result.map_err(|cause| Error::Write { path: path.into(), cause })
+        Err(_) => Ok(Target::Replaced { path: followed(path), permissions: None }),
+    }
+}
+
+/// Links that a file which is not there is reached by, at most; a ring of links has no end.
+const LINKS: usize = 40;
+
+/// The file that a path names, by way of links to it while it is not there.
+pub fn followed(path: &Path) -> PathBuf {
+    let mut path = path.to_path_buf();
+    for _ in 0..LINKS {
+        let Ok(next) = fs::read_link(&path) else { break };
+        path = folder_of(&path).join(next);
+    }
+    path
 }
 
 fn fill_directly(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
@@ -249,6 +291,42 @@ mod tests {
         assert_eq!(fs::read(&target).unwrap(), b"new");
         write(Path::new("/dev/null"), |out| out.write_all(b"new")).unwrap();
         assert!(!fs::metadata("/dev/null").unwrap().is_file());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_to_a_file_that_is_not_there_yet_is_followed() {
+        let folder = tempfile::tempdir().unwrap();
+        let [link, second, target] = ["link", "second", "target"].map(|name| folder.path().join(name));
+        std::os::unix::fs::symlink("second", &link).unwrap();
+        std::os::unix::fs::symlink(&target, &second).unwrap();
+        check(&link).unwrap();
+        assert!(!target.exists());
+        write(&link, |out| out.write_all(b"new")).unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(fs::read(&target).unwrap(), b"new");
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_found_before() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        check(&path).unwrap();
+        assert_eq!(files_in(folder.path()), 0);
+        fs::write(&path, b"old").unwrap();
+        check(&path).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        let mut permissions = fs::metadata(&path).unwrap().permissions();
+        permissions.set_readonly(true);
+        fs::set_permissions(&path, permissions).unwrap();
+        for (path, cause) in [
+            (path, "access is denied"),
+            (folder.path().to_path_buf(), "this is a folder"),
+            (folder.path().join("no/a.txt"), "create the folder first"),
+        ] {
+            let message = check(&path).unwrap_err().to_string();
+            assert!(message.contains(cause), "{message}");
+        }
     }
 
     #[cfg(target_os = "linux")]

@@ -52,8 +52,11 @@ pub(super) fn check(needed: u64) -> Result<(), Problem> {
     if needed > limit { Err(Problem::Memory { needed, limit }) } else { Ok(()) }
 }
 
-/// The bytes of a file whose size allows it.
-pub(super) fn load(path: &Path) -> Result<Vec<u8>, Error> {
+/// The bytes of a file whose size allows it; for one of them `per_byte` bytes of memory may be needed.
+///
+/// # Errors
+/// What cannot be read, has no end, or would need more memory than allowed.
+pub fn load(path: &Path, per_byte: u64) -> Result<Vec<u8>, Error> {
     let failed = |cause| Error::Read { path: path.into(), cause };
     let file = pipe::open(path).map_err(failed)?;
     let metadata = file.metadata().map_err(failed)?;
@@ -64,7 +67,7 @@ pub(super) fn load(path: &Path) -> Result<Vec<u8>, Error> {
         return Err(Problem::Device.in_whole().in_file(path));
     }
     let length = if metadata.is_file() { metadata.len() } else { 0 };
-    check(length.saturating_mul(PER_BYTE)).map_err(|problem| problem.in_whole().in_file(path))?;
+    check(length.saturating_mul(per_byte)).map_err(|problem| problem.in_whole().in_file(path))?;
     let mut bytes = Vec::new();
     let reserved = usize::try_from(length).is_ok_and(|length| bytes.try_reserve_exact(length).is_ok());
     if !reserved {

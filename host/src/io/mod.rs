@@ -66,7 +66,7 @@ pub fn read(path: &Path) -> Result<Mesh, Error> {
 /// # Errors
 /// As for [`read`].
 pub fn read_noted(path: &Path) -> Result<Loaded, Error> {
-    let bytes = load(path)?;
+    let bytes = load(path, limit::PER_BYTE)?;
     let format = Format::detect(path, &bytes);
     format.and_then(|format| parse_noted(format, &bytes)).map_err(|fault| fault.in_file(path))
 }

@@ -27,6 +27,7 @@ use joint::{refine, refined};
 use lacuna::format::Unit;
 use lacuna::pose_fit::{Hint, Round};
 use lacuna::{Model, Pose};
+use nalgebra::Matrix3;
 use planes::without_planes;
 use rank::{Scored, among_clutter, convincing, finals, next_best, ranked, sure};
 use rayon::prelude::*;
@@ -125,6 +126,27 @@ impl From<lacuna::Error> for Error {
 }
 
 impl Placed {
+    /// By a similarity transform from the scan to the model's frame, both in the model's unit.
+    pub fn new(model: &Model<'_>, rotation: &Matrix3<f64>, scale: f64, translation: &Vector) -> Self {
+        let header = model.header();
+        let spacing = f64::from(header.spacing);
+        let origin = Vector::from(header.origin.map(f64::from));
+        // What maps to the middle of the grid.
+        let middle = Vector::from(header.sides.map(|side| f64::from(side) / 2.0));
+        let centre = rotation.transpose() * (middle * spacing + origin - translation) / scale;
+        let pose = Pose {
+            rotation: rotation.transpose().map(|c| c as f32).into(),
+            scale: (scale / spacing) as f32,
+            translation: middle.map(|c| c as f32).into(),
+        };
+        Self { centre: centre.into(), pose }
+    }
+
+    /// Of a scan that is in the model's frame.
+    pub fn identity(model: &Model<'_>) -> Self {
+        Self::new(model, &Matrix3::identity(), 1.0, &Vector::zeros())
+    }
+
     /// A scan point in voxels.
     pub fn to_model(&self, p: &Point) -> Point {
         let q = self.pose.apply((p - self.centre).map(|c| c as f32).into());
@@ -151,7 +173,7 @@ impl Placed {
     pub fn to_scan(&self, q: &Point) -> Point {
         let pose = &self.pose;
         let moved = (q.coords - Vector::from(pose.translation.map(f64::from))) / f64::from(pose.scale);
-        let rotation = nalgebra::Matrix3::from_row_slice(&pose.rotation.concat()).map(f64::from);
+        let rotation = Matrix3::from_row_slice(&pose.rotation.concat()).map(f64::from);
         self.centre + rotation.transpose() * moved
     }
 }

@@ -120,6 +120,21 @@ fn what_is_no_file_is_refused_in_words() {
 }
 
 #[test]
+fn models_and_poses_without_an_end_are_refused_too() {
+    let folder = tempdir().unwrap();
+    assert!(Command::new("mkfifo").arg(folder.path().join("pipe")).status().unwrap().success());
+    for (name, words) in [("/dev/zero", "device"), ("pipe", "nobody writes"), (".", "folder")] {
+        let wrong: [&[&str]; 3] =
+            [&["inspect", name], &["complete", "--model", name], &["complete", "--pose", name]];
+        for arguments in wrong {
+            let output = bounded(folder.path(), arguments);
+            let said = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert!(output.status.code() == Some(1) && said.contains(words), "{arguments:?}: {said}");
+        }
+    }
+}
+
+#[test]
 fn memory_is_refused_before_it_is_taken() {
     let folder = tempdir().unwrap();
     std::fs::write(folder.path().join("scan.ply"), lacuna_fixtures::SCAN).unwrap();

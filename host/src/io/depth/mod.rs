@@ -18,6 +18,7 @@ use nalgebra::Matrix4;
 use super::Loaded;
 use super::error::{Error, Fault, Problem};
 use super::finish::finish;
+use super::limit::PER_BYTE;
 use crate::mesh::{Mesh, Point};
 use description::{Description, View};
 
@@ -108,7 +109,7 @@ pub fn read(path: &Path) -> Result<Vec<DepthView>, Error> {
         };
         return Err(Problem::Other(what.into()).in_whole().in_file(path));
     }
-    let bytes = super::load(&json)?;
+    let bytes = super::load(&json, PER_BYTE)?;
     let description = Description::parse(&bytes).map_err(|fault| fault.in_file(&json))?;
     let folder = json.parent().unwrap_or(Path::new("."));
     let wanted = |view: &&View| only.is_none_or(|png| view.depth.file_name() == png.file_name());
@@ -122,7 +123,7 @@ pub fn read(path: &Path) -> Result<Vec<DepthView>, Error> {
 /// The files that [`read`] reads of a path; no more than the description where that cannot be read.
 pub fn files(path: &Path) -> Vec<PathBuf> {
     let (json, only) = locate(path);
-    let description = super::load(&json).ok().and_then(|bytes| Description::parse(&bytes).ok());
+    let description = super::load(&json, PER_BYTE).ok().and_then(|bytes| Description::parse(&bytes).ok());
     let folder = json.parent().unwrap_or(Path::new("."));
     let images = description.into_iter().flat_map(|description| description.views);
     let mut files: Vec<PathBuf> = images.map(|view| folder.join(view.depth)).collect();
@@ -154,7 +155,7 @@ fn not_listed(only: Option<&Path>) -> Fault {
 
 fn load_view(folder: &Path, description: &Description, view: &View) -> Result<DepthView, Error> {
     let png = folder.join(&view.depth);
-    let bytes = super::load(&png)?;
+    let bytes = super::load(&png, PER_BYTE)?;
     let image = image::decode(&bytes).map_err(|fault| fault.in_file(&png))?;
     description.join(view, image).map_err(|fault| fault.in_file(&png))
 }
