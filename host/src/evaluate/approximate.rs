@@ -2,7 +2,7 @@
 
 use super::digest::digest_of;
 use super::whole::{Whole, volume};
-use super::{Error, Method, Score, Scores, Settings, fit, score};
+use super::{Error, Fitter, Score, Scores, Settings, score};
 use crate::correspondence::Correspondence;
 use crate::distance::Surface;
 use crate::io::{self, PlyOut};
@@ -11,7 +11,6 @@ use crate::points::thin;
 use crate::register::{Placed, refine_hint, refine_whole, register};
 use crate::surface::{Volume, largest_component, marching_cubes};
 use crate::train::prepared::Prepared;
-use crate::verify::voxel_pose;
 use crate::volume::sample;
 use lacuna::Model;
 use serde::{Deserialize, Serialize};
@@ -82,6 +81,7 @@ impl Target {
 pub struct Models<'a> {
     pub prepared: &'a Prepared,
     pub model: &'a Model<'a>,
+    pub fitter: Fitter<'a>,
     pub whole: Option<Whole>,
     pub correspondence: Option<Correspondence>,
 }
@@ -116,7 +116,7 @@ impl Models<'_> {
         settings: &Settings,
     ) -> Result<Vec<(Approximation, Mesh)>, Error> {
         let placed = self.place(target, settings)?;
-        let fields = self.fit(target, &placed, &settings.method)?;
+        let fields = self.fit(target, &placed)?;
         let mut found = vec![
             (Approximation::Local, self.surface(&fields.local, &placed)),
             (Approximation::Global, self.surface(&fields.global, &placed)),
@@ -136,7 +136,7 @@ impl Models<'_> {
 
     /// Where the target lies in the model.
     fn place(&self, target: &Target, settings: &Settings) -> Result<Placed, Error> {
-        let still = Placed { centre: Point::origin(), pose: voxel_pose(self.model) };
+        let still = Placed::identity(self.model);
         let found = match settings.pose {
             PoseMode::Identity => return Ok(still),
             PoseMode::Joint => refine_hint(self.model, &target.mesh, &still),
@@ -147,10 +147,10 @@ impl Models<'_> {
         Ok(found.placed)
     }
 
-    fn fit(&self, target: &Target, placed: &Placed, method: &Method) -> Result<super::Fields, Error> {
+    fn fit(&self, target: &Target, placed: &Placed) -> Result<super::Fields, Error> {
         let mut points = thin(&target.mesh, HULL_CELL / f64::from(placed.pose.scale));
         points.points.iter_mut().for_each(|p| *p -= placed.centre.coords);
-        fit(self.model, &points, &placed.pose, method).map_err(|error| Error::Fit(target.name.clone(), error))
+        self.fitter.fit(&points, &placed.pose).map_err(|error| Error::Fit(target.name.clone(), error))
     }
 
     /// The target's own distances over the model's grid, voxels.

@@ -88,7 +88,8 @@ impl Method {
         if self.smooth == Smooth::Field { Some(1) } else { self.stride }
     }
 
-    fn is_the_cores(&self) -> bool {
+    /// Whether the core can do it.
+    pub fn is_the_cores(&self) -> bool {
         self.solver == Solver::Direct && self.smooth == Smooth::Update && self.radius.is_none()
     }
 }
@@ -101,39 +102,53 @@ pub struct Fields {
     pub local: Vec<f32>,
 }
 
-/// Fits the model to oriented points in a known pose.
-///
-/// # Errors
-/// What the core refuses: a stride or kernel that does not go with the model, points that miss it.
-pub fn fit(
-    model: &Model<'_>,
-    points: &OrientedPoints,
-    pose: &Pose,
-    method: &Method,
-) -> Result<Fields, Error> {
-    let passes = passes(model, method);
-    let (reach, points) = (Reach::of(model), points.packed());
-    let settings_of = |schedule| completion::Settings { reach, rounds: &[], schedule };
-    let schedule = |passes| Schedule { stride: model.header().stride, momentum: 0, passes };
-    if method.is_the_cores() {
-        let fit = core_fit::<Fixed>(model, &points, pose, settings_of(schedule(&passes)))?;
-        let [global, local] = [&fit.global_distances, &fit.local_distances].map(|d| dense(model, d));
-        return Ok(Fields { global, local });
+/// A model, ready to be fitted by a method.
+pub struct Fitter<'a> {
+    model: &'a Model<'a>,
+    method: Method,
+    /// The numbers of its file, where the method is not the core's.
+    file: Option<Reference>,
+}
+
+impl<'a> Fitter<'a> {
+    /// Takes what the method needs from the model.
+    pub fn new(model: &'a Model<'a>, method: Method) -> Self {
+        let file = (!method.is_the_cores()).then(|| decode::model(model));
+        Self { model, method, file }
     }
-    schedule(&passes).check(model)?;
-    let start = core_fit::<Fixed>(model, &points, pose, settings_of(schedule(&[])))?;
-    let hull = decode::hull(model, &start.targets);
-    let file = decode::model(model);
-    let weights = global_weights(&file, model, &hull, method);
-    let fitted = match method.smooth {
-        Smooth::Update => {
-            local::local(&file, &hull, &weights, &settings(model, schedule(&passes))).distances(&file)
-        }
-        Smooth::Field => {
-            paper::distances(&file, &paper::local(&file, &hull, &weights, &printed(model, method)))
-        }
-    };
-    Ok(Fields { global: stored(&file.mask, &file.synthesise(&weights)), local: stored(&file.mask, &fitted) })
+
+    /// Fits the model to oriented points in a known pose.
+    ///
+    /// # Errors
+    /// What the core refuses: a stride or kernel that does not go with the model, points that miss it.
+    pub fn fit(&self, points: &OrientedPoints, pose: &Pose) -> Result<Fields, Error> {
+        let (model, method) = (self.model, &self.method);
+        let passes = passes(model, method);
+        let (reach, points) = (Reach::of(model), points.packed());
+        let settings_of = |schedule| completion::Settings { reach, rounds: &[], schedule };
+        let schedule = |passes| Schedule { stride: model.header().stride, momentum: 0, passes };
+        let Some(file) = &self.file else {
+            let fit = core_fit::<Fixed>(model, &points, pose, settings_of(schedule(&passes)))?;
+            let [global, local] = [&fit.global_distances, &fit.local_distances].map(|d| dense(model, d));
+            return Ok(Fields { global, local });
+        };
+        schedule(&passes).check(model)?;
+        let start = core_fit::<Fixed>(model, &points, pose, settings_of(schedule(&[])))?;
+        let hull = decode::hull(model, &start.targets);
+        let weights = global_weights(file, model, &hull, method);
+        let fitted = match method.smooth {
+            Smooth::Update => {
+                local::local(file, &hull, &weights, &settings(model, schedule(&passes))).distances(file)
+            }
+            Smooth::Field => {
+                paper::distances(file, &paper::local(file, &hull, &weights, &printed(model, method)))
+            }
+        };
+        Ok(Fields {
+            global: stored(&file.mask, &file.synthesise(&weights)),
+            local: stored(&file.mask, &fitted),
+        })
+    }
 }
 
 fn global_weights(file: &Reference, model: &Model<'_>, hull: &Hull, method: &Method) -> Vec<f64> {

@@ -15,7 +15,7 @@ mod whole;
 
 pub use approximate::{Approximation, PoseMode, Target};
 pub use draw::{draw, draws};
-pub use method::{Fields, Method, Smooth, Solver, fit};
+pub use method::{Fields, Fitter, Method, Smooth, Solver};
 pub use plot::figure;
 pub use state::State;
 pub use summary::{Quartiles, Row, Summary, missed};
@@ -269,9 +269,12 @@ impl Evaluation {
         let members = draw(self.shapes.len(), job.count, job.draw, settings.seed);
         let bytes = prepared.model(&members)?;
         let model = Model::from_bytes(&bytes).map_err(Error::Model)?;
+        let budget = train::grid::Budget::new(&self.shapes, &settings.train);
         if settings.baselines {
-            let budget = train::grid::Budget::new(&self.shapes, &settings.train);
             budget.check_whole(model.grid().sides(), members.len())?;
+        }
+        if !settings.method.is_the_cores() {
+            budget.check_reference(model.grid().sides(), model.modes(), job.targets.len())?;
         }
         let shapes: Vec<&Mesh> = members.iter().map(|&m| &self.shapes[m]).collect();
         let models = Models {
@@ -279,6 +282,7 @@ impl Evaluation {
             whole: settings.baselines.then(|| Whole::train(prepared, &members, &model)),
             correspondence: if settings.baselines { Correspondence::train(&shapes).ok() } else { None },
             model: &model,
+            fitter: Fitter::new(&model, settings.method),
         };
         let name = format!("{}-{}", job.count, job.draw);
         job.targets.par_iter().try_for_each(|&t| {

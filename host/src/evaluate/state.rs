@@ -1,11 +1,13 @@
 //! What a run has found so far, on disk: a stopped run goes on where it was.
 //!
-//! One line of JSON a result, written in one piece and flushed before the next result begins. A line that was cut
-//! short is taken away when the file is opened again.
+//! One line of JSON a result, written in one piece and flushed before the next result begins. A last line that was cut
+//! short is taken away when the file is opened again; other lines that are no results stay and count for nothing. One
+//! run at a time has the file.
 
 use super::Record;
 use crate::io::Error;
-use std::fs::{File, OpenOptions};
+use std::collections::BTreeSet;
+use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
@@ -21,13 +23,14 @@ impl State {
     /// made if need be.
     ///
     /// # Errors
-    /// A folder or file that cannot be written.
+    /// A folder or file that cannot be written, or that another run has open.
     pub fn open(folder: &Path, key: u32) -> Result<Self, Error> {
         let path = folder.join(format!("state-{key:08x}.jsonl"));
         let failed = |cause| Error::Write { path: path.clone(), cause };
         std::fs::create_dir_all(folder).map_err(failed)?;
         let file = OpenOptions::new().read(true).append(true).create(true).open(&path);
         let mut file = file.map_err(failed)?;
+        file.try_lock().map_err(|error| failed(busy(error)))?;
         let mut text = Vec::new();
         file.read_to_end(&mut text).map_err(failed)?;
         let (records, whole) = parse(&text);
@@ -61,16 +64,23 @@ impl State {
     }
 }
 
-/// The records of whole lines, and the bytes they take: reading stops at the first line that is none.
-fn parse(text: &[u8]) -> (Vec<Record>, usize) {
-    let (mut records, mut whole) = (Vec::new(), 0);
-    for line in text.split_inclusive(|&byte| byte == b'\n') {
-        let record = line.strip_suffix(b"\n").and_then(|line| serde_json::from_slice(line).ok());
-        let Some(record) = record else { break };
-        records.push(record);
-        whole += line.len();
+fn busy(error: TryLockError) -> std::io::Error {
+    match error {
+        TryLockError::Error(error) => error,
+        TryLockError::WouldBlock => std::io::Error::other(
+            "another evaluation writes into it; wait for its end, or give another --output",
+        ),
     }
-    (records, whole)
+}
+
+/// The records, the first one of each result, and the bytes that whole lines take.
+fn parse(text: &[u8]) -> (Vec<Record>, usize) {
+    let whole = text.iter().rposition(|&byte| byte == b'\n').map_or(0, |end| end + 1);
+    let lines = text[..whole].split(|&byte| byte == b'\n');
+    let mut known = BTreeSet::new();
+    let first = |r: &Record| known.insert((r.count, r.draw, r.digest, r.target.clone()));
+    let records = lines.filter_map(|line| serde_json::from_slice(line).ok()).filter(first);
+    (records.collect(), whole)
 }
 
 #[cfg(test)]
@@ -100,6 +110,28 @@ mod tests {
         let state = State::open(folder.path(), 5).unwrap();
         assert_eq!(state.records(), [record(10), record(50)]);
         assert!(state.holds(50, 1, "head", 7) && !state.holds(50, 1, "head", 8));
+    }
+
+    #[test]
+    fn a_damaged_line_and_a_repeated_one_count_for_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("state-00000005.jsonl");
+        let line = |count| serde_json::to_string(&record(count)).unwrap();
+        let text = format!("{}\n{{\"count\": 3, \n\n{}\n{}\n", line(10), line(30), line(10));
+        std::fs::write(&path, &text).unwrap();
+        let state = State::open(folder.path(), 5).unwrap();
+        assert_eq!(state.records(), [record(10), record(30)]);
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
+    }
+
+    #[test]
+    fn one_run_at_a_time_has_the_results() {
+        let folder = tempfile::tempdir().unwrap();
+        let first = State::open(folder.path(), 5).unwrap();
+        let refused = State::open(folder.path(), 5).err().expect("two at a time").to_string();
+        assert!(refused.contains("another evaluation writes into it"), "{refused}");
+        drop(first);
+        State::open(folder.path(), 5).unwrap();
     }
 
     #[test]

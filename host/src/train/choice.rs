@@ -9,7 +9,7 @@
 
 use super::footprint::{Footprint, Limits};
 use super::prepared::Prepared;
-use super::{Error, Settings};
+use super::{Error, Settings, grid};
 use crate::mesh::Mesh;
 use lacuna::Model;
 
@@ -61,7 +61,7 @@ pub(super) fn make(
         let file = prepared.model_of_all()?;
         return Ok(Made { prepared, file, choice: None });
     }
-    let mut search = Search::new(prepared, settings)?;
+    let mut search = Search::new(prepared, settings, grid::coarsest(shapes))?;
     while let Some(spacing) = search.next_spacing() {
         search = search.coarsened(shapes, spacing, progress)?;
     }
@@ -94,19 +94,23 @@ impl Candidate {
 struct Search {
     settings: Settings,
     usual: Size,
+    /// Largest voxel edge that is tried.
+    coarsest: f64,
     prepared: Prepared,
     /// The most modes that fit, or one if none does.
     best: Candidate,
 }
 
 impl Search {
-    fn new(mut prepared: Prepared, settings: &Settings) -> Result<Self, Error> {
+    /// From the usual spacing; `limit` is the largest a model can have.
+    fn new(mut prepared: Prepared, settings: &Settings, limit: f64) -> Result<Self, Error> {
         let whole = Candidate::new(&prepared, &settings.limits)?;
         // A stride that follows the spacing would jump to fewer voxels, and the fit would take more memory than before.
         let settings = Settings { stride: Some(prepared.stride()), ..settings.clone() };
         let usual = whole.size;
+        let coarsest = limit.min(COARSEST * f64::from(usual.spacing));
         let best = most_modes(&mut prepared, whole, &settings)?;
-        Ok(Self { settings, usual, prepared, best })
+        Ok(Self { settings, usual, coarsest, prepared, best })
     }
 
     /// The same at another spacing.
@@ -116,22 +120,22 @@ impl Search {
         spacing: f64,
         progress: &(dyn Fn(u64, u64) + Sync),
     ) -> Result<Self, Error> {
-        let Self { settings, usual, prepared, best: _ } = self;
+        let Self { settings, usual, coarsest, prepared, best: _ } = self;
         // Two sets of volumes at a time would be twice the memory.
         drop(prepared);
         let coarser = Settings { spacing: Some(spacing), ..settings.clone() };
         let mut prepared = Prepared::new(shapes, &coarser, 0.0, progress)?;
         let whole = Candidate::new(&prepared, &settings.limits)?;
         let best = most_modes(&mut prepared, whole, &settings)?;
-        Ok(Self { settings, usual, prepared, best })
+        Ok(Self { settings, usual, coarsest, prepared, best })
     }
 
     fn next_spacing(&self) -> Option<f64> {
-        next_spacing(self.usual, self.best.size, self.best.excess, &self.settings)
+        next_spacing(self.usual, self.best.size, self.best.excess, (self.coarsest, &self.settings))
     }
 
     fn made(self) -> Result<Made, Error> {
-        let Self { settings, usual, prepared, best } = self;
+        let Self { settings, usual, prepared, best, .. } = self;
         if !best.fits() {
             let fixed = [settings.spacing.is_some(), settings.modes.is_some()];
             let Candidate { footprint: smallest, size, .. } = best;
@@ -143,9 +147,8 @@ impl Search {
 }
 
 /// The spacing to try next, unless this one is as good as any, or the last; `excess` is that of the model at `now`.
-fn next_spacing(usual: Size, now: Size, excess: f64, settings: &Settings) -> Option<f64> {
+fn next_spacing(usual: Size, now: Size, excess: f64, (coarsest, settings): (f64, &Settings)) -> Option<f64> {
     let [first, spacing] = [usual, now].map(|size| f64::from(size.spacing));
-    let coarsest = COARSEST * first;
     if settings.spacing.is_some() || spacing >= coarsest * (1.0 - 1e-6) {
         return None;
     }
@@ -195,7 +198,7 @@ mod tests {
     const USUAL: Size = Size { spacing: 3.3, modes: 29 };
 
     fn next(spacing: f32, modes: usize, excess: f64) -> Option<f64> {
-        next_spacing(USUAL, Size { spacing, modes }, excess, &Settings::default())
+        next_spacing(USUAL, Size { spacing, modes }, excess, (9.9, &Settings::default()))
     }
 
     #[test]
@@ -208,10 +211,12 @@ mod tests {
     #[test]
     fn what_was_asked_for_stays() {
         let spaced = Settings { spacing: Some(3.3), ..Settings::default() };
-        assert_eq!(next_spacing(USUAL, Size { modes: 1, ..USUAL }, 9.0, &spaced), None);
+        assert_eq!(next_spacing(USUAL, Size { modes: 1, ..USUAL }, 9.0, (9.9, &spaced)), None);
         let all = Settings { modes: Some(29), ..Settings::default() };
-        assert_eq!(next_spacing(USUAL, USUAL, 2.0, &all), Some(4.16));
-        assert_eq!(next_spacing(USUAL, Size { spacing: 4.5, ..USUAL }, 1.0, &all), None);
+        assert_eq!(next_spacing(USUAL, USUAL, 2.0, (9.9, &all)), Some(4.16));
+        assert_eq!(next_spacing(USUAL, Size { spacing: 4.5, ..USUAL }, 1.0, (9.9, &all)), None);
+        // Where the class allows no coarser voxel.
+        assert_eq!(next_spacing(USUAL, USUAL, 9.0, (4.0, &Settings::default())), Some(4.0));
     }
 
     #[test]
@@ -222,7 +227,7 @@ mod tests {
                 steps.push(spacing as f32);
                 assert!(steps.len() < 31, "{steps:?}");
             }
-            assert_eq!(steps.last(), Some(&9.9), "{steps:?}");
+            assert_eq!(steps.last(), Some(&9.9f32), "{steps:?}");
         }
     }
 }

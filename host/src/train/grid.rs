@@ -30,6 +30,10 @@ const PER_VERTEX: u64 = 64;
 const STORED: f64 = 0.15;
 /// Bytes of a voxel of a whole volume, for each shape: distance, deviation from the mean, and component.
 const PER_WHOLE: u64 = 8 + 8 + 8;
+/// Bytes of a voxel of a mode, or of a weight, in double precision; fields of weights that a fit holds at a time: the
+/// weights, those before, their gradient and the update.
+const PER_REFERENCE: u64 = 8;
+const FIELDS: u64 = 4;
 /// Bytes of a voxel of the whole grid while a line of sight volume is made.
 const PER_SIGHT: u64 = 24;
 
@@ -76,7 +80,7 @@ pub fn check(shapes: &[Mesh], settings: &Settings) -> Result<(), Error> {
     if !(spacing as f32).is_normal() || !((1.0 / spacing) as f32).is_normal() {
         return Err(Error::Spacing(spacing));
     }
-    let limit = COARSEST * class::millimetre(shapes);
+    let limit = coarsest(shapes);
     if spacing > limit {
         return Err(Error::TooCoarse { spacing, limit });
     }
@@ -88,6 +92,11 @@ pub fn check(shapes: &[Mesh], settings: &Settings) -> Result<(), Error> {
         return Err(Error::TooManyBricks(bricks as usize));
     }
     Ok(())
+}
+
+/// The longest edge of a voxel that shapes' models can have.
+pub(super) fn coarsest(shapes: &[Mesh]) -> f64 {
+    COARSEST * class::millimetre(shapes)
 }
 
 /// The memory that volumes of some shapes may take.
@@ -127,6 +136,17 @@ impl Budget {
     pub fn check_whole(&self, sides: [u16; 3], members: usize) -> Result<(), Error> {
         let voxels = sides.iter().map(|&side| u64::from(side)).product();
         self.check(voxels, PER_WHOLE * members as u64, 0)
+    }
+
+    /// Refuses a model's modes as whole volumes in double precision, and as many fields of weights for each of the `fits` at a
+    /// time, larger than there is memory for.
+    ///
+    /// # Errors
+    /// [`Error::Memory`].
+    pub fn check_reference(&self, sides: [u16; 3], modes: usize, fits: usize) -> Result<(), Error> {
+        let voxels = sides.iter().map(|&side| u64::from(side)).product();
+        let at_a_time = fits.min(rayon::current_num_threads()) as u64;
+        self.check(voxels, PER_REFERENCE * (modes as u64 + 1) * (1 + FIELDS * at_a_time), 0)
     }
 
     fn check(&self, count: u64, each: u64, more: u64) -> Result<(), Error> {

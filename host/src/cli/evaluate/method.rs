@@ -1,6 +1,7 @@
 //! Which method `lacuna evaluate` looks at.
 
 use crate::cli::Failure;
+use crate::cli::outputs::Usage;
 use crate::cli::train::positive;
 use crate::evaluate::{Method, Smooth, Solver};
 
@@ -34,7 +35,8 @@ impl Switches {
         let smooth = self.smooth.unwrap_or(base.smooth);
         let stride = self.stride.or(base.stride.filter(|_| smooth == base.smooth));
         if smooth == Smooth::Field && stride.is_some_and(|q| q != 1) {
-            return Err("a smoothed field has a weight vector at every voxel: use --stride 1".into());
+            let text = "a smoothed field has a weight vector at every voxel: use --stride 1";
+            return Err(Usage(text.into()).into());
         }
         Ok(Method {
             solver: self.solver.unwrap_or(base.solver),

@@ -6,15 +6,14 @@ mod told;
 
 use super::shapes::{self, Shapes};
 use super::train::{align_mode, positive};
-use super::{Common, Failure, bar, inputs, say};
+use super::{Common, Failure, bar, inputs, outputs, say};
 use crate::class;
 use crate::evaluate::{
     self, Evaluation, Method, Outcome, PoseMode, Record, Settings, Summary, Target, figure, missed,
 };
 use crate::io;
-use crate::mesh::Mesh;
 use crate::train;
-use crate::train::align::{Align, Way, align};
+use crate::train::align::{Align, Aligned, Way};
 use crate::{report, unit};
 use lacuna::format::Unit;
 use method::Switches;
@@ -33,13 +32,8 @@ pub struct Evaluate {
     /// Complete meshes to approximate, or folders of them
     #[arg(long, required = true, num_args = 1.., value_name = "MESH")]
     targets: Vec<PathBuf>,
-    /// Numbers of training shapes
-    #[arg(
-        long,
-        value_delimiter = ',',
-        default_value = "10,30,50,70,90",
-        value_parser = clap::value_parser!(u16).range(2..)
-    )]
+    /// Numbers of training shapes [default: 10,30,50,70,90, as far as there are so many]
+    #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u16).range(2..))]
     counts: Vec<u16>,
     /// Random draws of the training shapes for each number
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=1000))]
@@ -59,7 +53,7 @@ pub struct Evaluate {
     /// Unit of the meshes: mm, m, in, um
     #[arg(long, default_value = "mm", value_parser = unit::parse)]
     unit: Unit,
-    /// How training shapes come into one pose: auto, always, never (as for train)
+    /// How training shapes come into one pose: auto, always, never (as for train; with --pose identity auto means never)
     #[arg(long, default_value = "auto", value_parser = align_mode)]
     align: Align,
     /// Pose of the targets: joint (refined with the shape), identity (kept), search (anywhere)
@@ -74,6 +68,12 @@ pub struct Evaluate {
     #[arg(long)]
     surfaces: bool,
 }
+
+/// Numbers of training shapes where none are asked for.
+const USUAL_COUNTS: [usize; 5] = [10, 30, 50, 70, 90];
+/// Names of the reports.
+const EVALUATION: &str = "evaluation";
+const ABLATION: &str = "ablation";
 
 /// A target that the local model misses by more than this, class millimetres rms, is not of the class: complete
 /// shapes of it are met within 0.2.
@@ -91,33 +91,35 @@ fn pose_mode(text: &str) -> Result<PoseMode, String> {
 impl Evaluate {
     /// Runs the subcommand.
     pub fn run(&self, common: &Common) -> Result<(), Failure> {
-        self.report.as_deref().map_or(Ok(()), inputs::report_folder)?;
+        let method = self.switches.chosen()?;
+        self.check_outputs()?;
         let training = self.train_settings();
         let shapes = shapes::training_set(&self.train, &training)?;
         let targets = shapes::targets(&self.targets, &shapes.meshes, self.unit)?;
         let mut notes: Vec<String> = shapes.notes.iter().chain(&targets.notes).cloned().collect();
-        let (aligned, way) = self.aligned(&shapes.meshes)?;
+        let counts = self.counts(shapes.meshes.len())?;
+        let Aligned { shapes: aligned, way, .. } =
+            shapes::aligned(&shapes.meshes, &shapes.paths, (self.align_mode(), 1))?;
         if !matches!(way, Way::Drawn(_)) {
             notes.extend(shapes::strangers(&aligned, &shapes.paths)?);
         }
         let limit = MISSED * class::millimetre(&aligned);
         let mut evaluation = Evaluation::new(aligned, named(targets)?);
         if self.ablation {
-            return self.ablate(&mut evaluation, &notes, common);
+            return self.ablate(&mut evaluation, &notes, (counts[0], common));
         }
-        let method = self.switches.chosen()?;
         let Outcome { records, failed } =
-            self.results(&mut evaluation, &self.settings(method), "evaluating")?;
+            self.results(&mut evaluation, &self.settings(method, &counts), "evaluating")?;
         notes.extend(failed.values().map(evaluate::Error::to_string));
         notes.extend(missed(&records, limit).iter().map(|(name, rms)| self.miss(name, *rms)));
-        let settings = self.described(Some(&method));
+        let settings = self.described(Some(&method), &counts);
         self.write("settings.json", &told::settings(&settings)?)?;
         self.write("results.csv", &told::csv(&records))?;
         let drawing = figure(&records, unit::symbol(self.unit))?;
         self.write("figure2.svg", &drawing)?;
         let summary = Summary::of(&records.iter().collect::<Vec<_>>());
         let title = "How well each model approximates complete shapes";
-        self.report("evaluation", title, &settings, &notes, |s| {
+        self.report(EVALUATION, title, &settings, &notes, |s| {
             report::evaluation::figure2(&summary, &drawing, s)
         })?;
         if common.json {
@@ -148,31 +150,49 @@ impl Evaluate {
         )
     }
 
-    /// The shapes in one pose, and how they came into it.
-    fn aligned(&self, shapes: &[Mesh]) -> Result<(Vec<Mesh>, Way), Failure> {
-        let progress = bar(shapes.len() as u64, "aligning");
-        // Targets that stay where they are need a model that knows how shapes lie.
+    /// How the shapes come into one pose: targets that stay where they are need a model that knows how shapes lie.
+    fn align_mode(&self) -> Align {
         let still = self.pose == PoseMode::Identity && self.align == Align::Auto;
-        let mode = if still { Align::Never } else { self.align };
-        let aligned = align(shapes, mode, 1, &|done, _| progress.set_position(done))?;
-        progress.finish_and_clear();
-        Ok((aligned.shapes, aligned.way))
+        if still { Align::Never } else { self.align }
     }
 
-    /// The numbers of training shapes, each once.
-    fn counts(&self) -> Vec<usize> {
+    /// Finds outputs that cannot be written before any work is done.
+    fn check_outputs(&self) -> Result<(), Failure> {
+        let files: &[&str] = if self.ablation {
+            &["settings.json", "ablation.csv"]
+        } else {
+            &["settings.json", "results.csv", "figure2.svg"]
+        };
+        outputs::check_folder(&self.output, files)?;
+        let name = if self.ablation { ABLATION } else { EVALUATION };
+        self.report_path(name).map_or(Ok(()), |path| inputs::check_report(&path))
+    }
+
+    fn report_path(&self, name: &str) -> Option<PathBuf> {
+        self.report.as_ref().map(|folder| folder.join(name).with_extension("html"))
+    }
+
+    /// The numbers of training shapes, each once; `given` are there.
+    fn counts(&self, given: usize) -> Result<Vec<usize>, Failure> {
+        if self.counts.is_empty() {
+            let usual: Vec<usize> = USUAL_COUNTS.into_iter().filter(|&count| count <= given).collect();
+            return Ok(if usual.is_empty() { vec![given] } else { usual });
+        }
         let mut counts: Vec<usize> = Vec::new();
         for count in self.counts.iter().map(|&count| usize::from(count)) {
             if !counts.contains(&count) {
                 counts.push(count);
             }
         }
-        counts
+        match counts.iter().max() {
+            Some(&asked) if asked > given => Err(evaluate::Error::TooMany { asked, given }.into()),
+            _ => Ok(counts),
+        }
     }
 
-    fn settings(&self, method: Method) -> Settings {
+    fn settings(&self, method: Method, counts: &[usize]) -> Settings {
         Settings {
-            counts: self.counts(),
+            counts: counts.to_vec(),
             draws: usize::from(self.draws),
             seed: self.seed,
             pose: self.pose,
@@ -210,12 +230,10 @@ impl Evaluate {
     }
 
     /// Names and values of all settings: what a result means, and how it is had again.
-    fn described(&self, method: Option<&Method>) -> Vec<(&'static str, String)> {
+    fn described(&self, method: Option<&Method>, counts: &[usize]) -> Vec<(&'static str, String)> {
         let list =
             |paths: &[PathBuf]| paths.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ");
-        // Departures are looked at for the first of them.
-        let counted = if method.is_some() { usize::MAX } else { 1 };
-        let counts: Vec<String> = self.counts().iter().take(counted).map(usize::to_string).collect();
+        let counts: Vec<String> = counts.iter().map(usize::to_string).collect();
         vec![
             ("program", format!("lacuna {}", env!("CARGO_PKG_VERSION"))),
             ("training shapes", list(&self.train)),
@@ -223,7 +241,7 @@ impl Evaluate {
             ("counts", counts.join(", ")),
             ("draws, seed", format!("{}, {}", self.draws, self.seed)),
             ("unit", unit::symbol(self.unit).into()),
-            ("pose of the training shapes", json(&self.align)),
+            ("pose of the training shapes", json(&self.align_mode())),
             ("pose of the targets", json(&self.pose)),
             ("voxel edge", self.spacing.map_or("chosen from the size".into(), |s| s.to_string())),
             ("method", method.map_or("each departure from the paper alone".into(), json)),
@@ -239,31 +257,35 @@ impl Evaluate {
         notes: &[String],
         html: impl FnOnce(&report::evaluation::Subject<'_>) -> String,
     ) -> Result<(), Failure> {
-        let Some(folder) = &self.report else { return Ok(()) };
+        let Some(path) = self.report_path(name) else { return Ok(()) };
         let unit = unit::symbol(self.unit);
         let command = report::command_line();
         let subject = report::evaluation::Subject { title, unit, settings, notes, command: &command };
-        inputs::write_report(&folder.join(name).with_extension("html"), &html(&subject))
+        inputs::write_report(&path, &html(&subject))
     }
 
-    fn ablate(&self, evaluation: &mut Evaluation, notes: &[String], common: &Common) -> Result<(), Failure> {
+    fn ablate(
+        &self,
+        evaluation: &mut Evaluation,
+        notes: &[String],
+        (count, common): (usize, &Common),
+    ) -> Result<(), Failure> {
         let mut rows = Vec::new();
         let mut failed = BTreeMap::new();
         for (name, method) in Method::ablation() {
-            let mut settings = Settings { baselines: false, ..self.settings(method) };
-            settings.counts.truncate(1);
+            let settings = Settings { baselines: false, ..self.settings(method, &[count]) };
             let outcome = self.results(evaluation, &settings, name)?;
             failed.extend(outcome.failed);
             rows.push((name, outcome.records));
         }
         let reasons = failed.values().map(evaluate::Error::to_string);
         let notes: Vec<String> = notes.iter().cloned().chain(reasons).collect();
-        let settings = self.described(None);
+        let settings = self.described(None, &[count]);
         self.write("settings.json", &told::settings(&settings)?)?;
         self.write("ablation.csv", &told::ablation_csv(&rows))?;
         let summary = |records: &Vec<Record>| Summary::of(&records.iter().collect::<Vec<_>>());
         let rows: Vec<_> = rows.iter().map(|(name, records)| (*name, summary(records))).collect();
-        self.report("ablation", "What each departure from the paper brings", &settings, &notes, |s| {
+        self.report(ABLATION, "What each departure from the paper brings", &settings, &notes, |s| {
             report::evaluation::ablation(&rows, s)
         })?;
         if common.json {
