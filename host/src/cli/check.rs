@@ -126,12 +126,15 @@ impl Check {
     }
 }
 
-/// A file, or the meshes in a folder; a folder with depth images is a scan, an empty one has its error.
+/// Endings of meshes and scans: of text clouds those that nothing else has.
+const SCANS: [&str; 6] = ["ply", "obj", "stl", "pcd", "xyz", "pts"];
+
+/// A file, or the meshes and clouds in a folder; a folder with depth images is a scan, an empty one has its error.
 fn listed(path: &Path) -> Vec<PathBuf> {
     if !is_folder_of_meshes(path) {
         return vec![path.into()];
     }
-    let meshes = shapes::in_folder(path).ok().filter(|meshes| !meshes.is_empty());
+    let meshes = shapes::in_folder(path, &SCANS).ok().filter(|meshes| !meshes.is_empty());
     meshes.unwrap_or_else(|| vec![path.into()])
 }
 
@@ -140,10 +143,10 @@ fn is_folder_of_meshes(path: &Path) -> bool {
 }
 
 fn load(path: &Path) -> Result<Loaded, Failure> {
-    if is_folder_of_meshes(path) && shapes::in_folder(path)?.is_empty() {
-        let path = path.display();
+    if is_folder_of_meshes(path) && shapes::in_folder(path, &SCANS)?.is_empty() {
+        let (path, endings) = (path.display(), SCANS.join(", "));
         return Err(
-            format!("{path}: there is no mesh (ply, obj, stl) and no scan.json in this folder").into()
+            format!("{path}: there is no mesh or cloud ({endings}) and no scan.json in this folder").into()
         );
     }
     inputs::scan(Some(path))

@@ -1,10 +1,11 @@
 //! Training shapes and targets, as `train` and `evaluate` take them: read, checked for themselves and together.
 
-use super::Failure;
+use super::{Failure, bar};
 use crate::check::training;
 use crate::io::{self, Loaded, limit};
 use crate::mesh::Mesh;
-use crate::train::{self, align, grid};
+use crate::train::align::{self, Align, Aligned};
+use crate::train::{self, grid};
 use lacuna::format::Unit;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -70,10 +71,35 @@ pub(super) fn targets(inputs: &[PathBuf], shapes: &[Mesh], unit: Unit) -> Result
     Ok(found)
 }
 
+/// The shapes in one pose.
+pub(super) fn aligned(
+    shapes: &[Mesh],
+    paths: &[PathBuf],
+    (mode, seed): (Align, u64),
+) -> Result<Aligned, Failure> {
+    let progress = bar(shapes.len() as u64, "aligning");
+    let aligned = align::align(shapes, mode, seed, &|done, _| progress.set_position(done));
+    progress.finish_and_clear();
+    aligned.map_err(|error| match error {
+        align::Error::NoSurface(n) | align::Error::Turned(n) | align::Error::NoMatch { number: n, .. } => {
+            named(paths, n, &error)
+        }
+    })
+}
+
+/// An error with the file of the shape it belongs to.
+pub(super) fn named(paths: &[PathBuf], number: usize, error: &dyn std::error::Error) -> Failure {
+    format!("{}: {error}", name(paths, number)).into()
+}
+
+fn name(paths: &[PathBuf], number: usize) -> String {
+    paths.get(number).map_or("?".into(), |path| path.display().to_string())
+}
+
 /// A sentence for every shape that does not lie where the first one does, although they are trained on together.
 pub(super) fn strangers(meshes: &[Mesh], paths: &[PathBuf]) -> Result<Vec<String>, Failure> {
     let tell = |(number, overlap): (usize, f64)| {
-        let name = paths.get(number).map_or("?".into(), |path| path.display().to_string());
+        let name = name(paths, number);
         format!(
             "{name}: only {:.0} % of it and the first shape lie together: is it of the same class, and in one pose \
              (--align)?",
@@ -98,7 +124,7 @@ fn expand(inputs: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
             paths.push(input.clone());
             continue;
         }
-        let found = in_folder(input)?;
+        let found = in_folder(input, &MESHES)?;
         if found.is_empty() {
             return Err(format!("the folder {} holds no meshes (ply, obj, stl)", input.display()).into());
         }
@@ -107,20 +133,20 @@ fn expand(inputs: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
     Ok(paths)
 }
 
-/// The meshes in a folder, in the order of their names.
-pub(super) fn in_folder(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
-    let mut found =
-        meshes_in(folder).map_err(|error| format!("cannot read the folder {}: {error}", folder.display()))?;
+/// Endings of files that hold meshes.
+pub(super) const MESHES: [&str; 3] = ["ply", "obj", "stl"];
+
+/// The files in a folder whose names have one of some endings, in the order of their names.
+pub(super) fn in_folder(folder: &Path, endings: &[&str]) -> Result<Vec<PathBuf>, Failure> {
+    let is_one = |path: &PathBuf| {
+        let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        ending.is_some_and(|ending| endings.contains(&&*ending))
+    };
+    let entries = std::fs::read_dir(folder)
+        .map_err(|error| format!("cannot read the folder {}: {error}", folder.display()))?;
+    let mut found: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).filter(is_one).collect();
     found.sort();
     Ok(found)
-}
-
-fn meshes_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
-    let is_mesh = |path: &PathBuf| {
-        let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-        matches!(ending.as_deref(), Some("ply" | "obj" | "stl"))
-    };
-    Ok(std::fs::read_dir(folder)?.flatten().map(|entry| entry.path()).filter(is_mesh).collect())
 }
 
 #[cfg(test)]

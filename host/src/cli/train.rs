@@ -1,15 +1,15 @@
 //! `lacuna train`.
 
-use super::outputs::{self, Output};
+use super::outputs::{self, Output, Usage};
 use super::shapes::{self, Shapes};
 use super::trained::{LeaveOneOut, Made, Report};
 use super::{Common, Failure, bar, inputs, say};
 use crate::io;
 use crate::mesh::Mesh;
 use crate::sentence::sentence;
-use crate::train::align::{Align, Way, align};
+use crate::train::align::{Align, Way};
 use crate::train::calibration::{Trained, train_calibrated};
-use crate::train::held_out::HeldOut;
+use crate::train::held_out::{FEWEST, HeldOut};
 use crate::train::{Footprint, Limits, Settings, leave_one_out};
 use crate::unit;
 use lacuna::format::{MAX_MODES, Unit};
@@ -74,11 +74,21 @@ pub struct Train {
 fn folder(paths: &[PathBuf]) -> String {
     let full = paths.first().and_then(|p| p.canonicalize().ok());
     let name = full.as_deref().and_then(Path::parent).and_then(Path::file_name);
-    name.map_or("shape".into(), |name| name.to_string_lossy().into_owned())
+    let name = name.map_or("shape".into(), |name| name.to_string_lossy());
+    cut(&name).into()
 }
 
+/// As much of a name as a class's may have.
+fn cut(name: &str) -> &str {
+    let mut ends = (0..=LONGEST.min(name.len())).rev();
+    let end = ends.find(|&end| name.is_char_boundary(end));
+    &name[..end.unwrap_or(0)]
+}
+
+/// Bytes of a class's name, at most.
+const LONGEST: usize = 64;
+
 fn class(text: &str) -> Result<String, String> {
-    const LONGEST: usize = 64;
     if (1..=LONGEST).contains(&text.len()) {
         Ok(text.into())
     } else {
@@ -117,25 +127,19 @@ impl Train {
         outputs::check(&self.meshes, &output)?;
         let Shapes { paths, meshes: shapes, mut notes } = shapes::training_set(&self.meshes, &settings)?;
         outputs::apart(&paths, &output)?;
+        if self.leave_one_out && shapes.len() < FEWEST {
+            let text = format!("--leave-one-out needs {FEWEST} shapes or more, here are {}", shapes.len());
+            return Err(Usage(text).into());
+        }
         let settings = Settings { class: self.class.clone().unwrap_or_else(|| folder(&paths)), ..settings };
-        let named = |number: usize, message: String| -> Failure {
-            format!("{}: {message}", paths.get(number).map_or("?".into(), |p| p.display().to_string())).into()
-        };
-        let progress = bar(shapes.len() as u64, "aligning");
-        let aligned = align(&shapes, self.align, self.seed, &|done, _| progress.set_position(done));
-        let aligned = aligned.map_err(|error| match error {
-            crate::train::align::Error::NoSurface(n)
-            | crate::train::align::Error::Turned(n)
-            | crate::train::align::Error::NoMatch { number: n, .. } => named(n, error.to_string()),
-        })?;
-        progress.finish_and_clear();
+        let aligned = shapes::aligned(&shapes, &paths, (self.align, self.seed))?;
         // In one pose already they lie together.
         if !matches!(aligned.way, Way::Drawn(_)) {
             notes.extend(shapes::strangers(&aligned.shapes, &paths)?);
         }
         let settings = Settings { apart: aligned.way.apart(), ..settings };
         let trained = self.train(&aligned.shapes, &settings).map_err(|error| match error {
-            crate::train::Error::NoSurface(n) => named(n, error.to_string()),
+            crate::train::Error::NoSurface(n) => shapes::named(&paths, n, &error),
             other => other.into(),
         })?;
         let model = inputs::model(&trained.file, Some(&self.output))?;
@@ -148,7 +152,7 @@ impl Train {
         let made = Made { output, flash, ram, choice: trained.choice, way: aligned.way, notes, seconds };
         let report = Report::new(&model, made, table);
         if common.json {
-            say(&serde_json::to_string_pretty(&report).unwrap_or_default());
+            say(&serde_json::to_string_pretty(&report)?);
         } else {
             report.lines(unit::symbol(model.header().unit)).iter().for_each(|line| say(line));
         }
@@ -194,4 +198,17 @@ fn table(trained: &Trained, paths: &[PathBuf]) -> LeaveOneOut {
     let names: Vec<String> = paths.iter().map(name).collect();
     let shapes = leave_one_out::rows(&trained.trials, &names, &trained.shares);
     LeaveOneOut { summaries: leave_one_out::summaries(&shapes), shapes }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{LONGEST, class, cut};
+
+    #[test]
+    fn a_folders_name_is_cut_to_that_of_a_class() {
+        assert_eq!(cut("faces"), "faces");
+        let long = cut(&"ä".repeat(70)).to_owned();
+        assert_eq!((long.len(), class(&long)), (LONGEST, Ok(long)));
+        assert_eq!(cut(&format!("x{}", "ä".repeat(70))).len(), LONGEST - 1);
+    }
 }

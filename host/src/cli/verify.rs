@@ -9,7 +9,7 @@ use crate::fit::Digests;
 use crate::sentence::sentence;
 use crate::verify::{CLASSES, Case, Report, verify, verify_core};
 use lacuna::{Model, Schedule};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Check this build: reference against float against fixed point, digests against the golden ones.
 #[derive(clap::Args)]
@@ -33,11 +33,14 @@ pub const BUILT_IN: &str = "built-in";
 impl Verify {
     /// Runs the subcommand.
     pub fn run(&self, common: &Common) -> Result<(), Failure> {
-        let reports = if self.scans.is_empty() { fixtures()? } else { self.compare()? };
+        let (reports, failed) = if self.scans.is_empty() { (fixtures()?, None) } else { self.compare()? };
         if common.json {
             say(&serde_json::to_string_pretty(&reports)?);
         } else {
             reports.iter().for_each(|report| say(&report.to_string()));
+        }
+        if let Some(failure) = failed {
+            return Err(failure);
         }
         let fixtures = self.scans.is_empty();
         let changed: Vec<String> = reports
@@ -60,21 +63,30 @@ impl Verify {
         Err(format!("this build does not compute the golden bits; first stage that differs: {list}").into())
     }
 
-    fn compare(&self) -> Result<Vec<Report>, Failure> {
+    /// The reports up to the first scan that has none, and why it has none.
+    fn compare(&self) -> Result<(Vec<Report>, Option<Failure>), Failure> {
         let bytes = inputs::model_bytes(self.model.as_deref())?;
         let model = inputs::model(&bytes, self.model.as_deref())?;
         let progress = bar(self.scans.len() as u64, "verifying");
         let mut reports = Vec::new();
         for path in &self.scans {
-            let scan = inputs::usable_scan(Some(path), &model)?;
-            let start = prepare(&model, &scan, &Options::of(&model))?.start;
-            let case = case(&path.display().to_string(), &bytes, &model, start);
-            reports.push(verify_core(&case, Schedule::of(&model), None)?);
+            match report(path, &bytes, &model) {
+                Ok(report) => reports.push(report),
+                Err(failure) => return Ok((reports, Some(failure))),
+            }
             progress.inc(1);
         }
         progress.finish_and_clear();
-        Ok(reports)
+        Ok((reports, None))
     }
+}
+
+fn report(path: &Path, bytes: &[u8], model: &Model<'_>) -> Result<Report, Failure> {
+    let scan = inputs::usable_scan(Some(path), model)?;
+    let start =
+        prepare(model, &scan, &Options::of(model)).map_err(|error| inputs::named(Some(path), &error))?.start;
+    let case = case(&path.display().to_string(), bytes, model, start);
+    verify_core(&case, Schedule::of(model), None).map_err(|error| inputs::named(Some(path), &error))
 }
 
 /// A scan in the pose that registration finds, to be refined by the core.

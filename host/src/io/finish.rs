@@ -14,16 +14,25 @@ pub(super) fn finish(mut mesh: Mesh) -> Result<Loaded, Fault> {
         return Err(Problem::NoVertices.in_whole());
     }
     check_indices(&mesh)?;
-    if mesh.normals.len() != mesh.points.len() {
-        mesh.normals.clear();
-    }
+    let unmatched = unmatched_normals(&mut mesh);
     let not_finite = unknown::leave_out(&mut mesh)?;
-    let repairs = not_finite.into_iter().chain(unknown::leave_out_origin(&mut mesh)).collect();
+    let repairs =
+        unmatched.into_iter().chain(not_finite).chain(unknown::leave_out_origin(&mut mesh)).collect();
     mesh.triangles.retain(|[a, b, c]| a != b && b != c && c != a);
     mesh.normals = unit(mesh.normals);
     mesh.points.shrink_to_fit();
     mesh.triangles.shrink_to_fit();
     Ok(Loaded { mesh, repairs })
+}
+
+/// Leaves out normals that cannot be told which vertices they belong to.
+fn unmatched_normals(mesh: &mut Mesh) -> Option<String> {
+    let (normals, points) = (mesh.normals.len(), mesh.points.len());
+    if normals == points {
+        return None;
+    }
+    mesh.normals.clear();
+    (normals > 0).then(|| format!("{normals} normals for {points} vertices were left out"))
 }
 
 /// Whether all coordinates are finite.
@@ -77,6 +86,14 @@ mod tests {
         let normals = vec![Vector::x() * 1e-300, Vector::y() * 1e300, Vector::new(0.0, 3.0, 4.0)];
         let unit = finish(mesh(normals)).unwrap().mesh.normals;
         assert_eq!(unit, [Vector::x(), Vector::y(), Vector::new(0.0, 0.6, 0.8)]);
+    }
+
+    #[test]
+    fn normals_of_another_number_are_left_out_and_told() {
+        let loaded = finish(mesh(vec![Vector::x(); 2])).unwrap();
+        assert!(loaded.mesh.normals.is_empty());
+        assert_eq!(loaded.repairs, ["2 normals for 3 vertices were left out"]);
+        assert!(finish(mesh(vec![])).unwrap().repairs.is_empty());
     }
 
     #[test]

@@ -16,9 +16,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 const OFF: (f64, f64, f64) = (6.0, 6.0, 0.03);
 
 /// Fewest shapes of which some can be held back.
-const FEWEST: usize = 4;
+pub const FEWEST: usize = 4;
 /// Ways in which a held-back shape is scanned: from one side, and from three.
-const KINDS: [Kind; 2] = [Kind::Front, Kind::Stitched];
+pub const KINDS: [Kind; 2] = [Kind::Front, Kind::Stitched];
 
 /// How many shapes are held back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! How well a class predicts its own unseen parts: every shape completed by the model of the others, from partial
 //! scans, as a table.
 
-use super::held_out::Trial;
+use super::held_out::{KINDS, Trial};
 use crate::quantile::{median, quantile};
 use crate::score::Score;
 use crate::synth::Kind;
@@ -28,8 +28,10 @@ pub struct Row {
 pub struct Summary {
     /// Sides from which the shapes were scanned.
     pub sides: usize,
-    /// Shapes.
+    /// Shapes that were completed.
     pub shapes: usize,
+    /// Shapes that could not be completed, of which the other numbers know nothing.
+    pub failed: usize,
     /// Seen part, rms, median over the shapes.
     pub seen_rms: f64,
     /// Missing part, rms: first quartile, median and third quartile over the shapes.
@@ -38,16 +40,21 @@ pub struct Summary {
     pub missing_p95: f64,
 }
 
-/// The table; `names` are the shapes' and `shares` belong to the trials.
+/// The table; `names` are the shapes' and `shares` belong to the trials. Shapes that could not be completed have rows
+/// without numbers.
 pub fn rows(trials: &[Trial], names: &[String], shares: &[[Option<f32>; 2]]) -> Vec<Row> {
-    let row = |(number, trial): (usize, &Trial)| Row {
-        shape: names.get(trial.shape).cloned().unwrap_or_default(),
-        sides: if trial.kind == Kind::Stitched { 3 } else { 1 },
-        seen: score(trial, false),
-        missing: score(trial, true),
-        within_expected: shares.get(number).copied().unwrap_or_default(),
+    let row = |(shape, kind): (usize, Kind)| {
+        let number = trials.iter().position(|trial| (trial.shape, trial.kind) == (shape, kind));
+        let trial = number.map(|number| &trials[number]);
+        Row {
+            shape: names[shape].clone(),
+            sides: if kind == Kind::Stitched { 3 } else { 1 },
+            seen: trial.and_then(|trial| score(trial, false)),
+            missing: trial.and_then(|trial| score(trial, true)),
+            within_expected: number.and_then(|number| shares.get(number).copied()).unwrap_or_default(),
+        }
     };
-    trials.iter().enumerate().map(row).collect()
+    (0..names.len()).flat_map(|shape| KINDS.map(|kind| row((shape, kind)))).collect()
 }
 
 fn score(trial: &Trial, missing: bool) -> Option<Score> {
@@ -66,13 +73,22 @@ fn summary(rows: &[Row], sides: usize) -> Option<Summary> {
     let mut missing = all(&|row| Some(row.missing?.rms));
     missing.sort_by(f64::total_cmp);
     let at = |share| quantile(&missing, share);
+    let failed = chosen().filter(|row| row.is_empty()).count();
     Some(Summary {
         sides,
-        shapes: chosen().count(),
+        shapes: chosen().count() - failed,
+        failed,
         seen_rms: median(all(&|row| Some(row.seen?.rms)))?,
         missing_rms: [at(0.25)?, at(0.5)?, at(0.75)?],
         missing_p95: median(all(&|row| Some(row.missing?.p95)))?,
     })
+}
+
+impl Row {
+    /// Whether the shape could not be completed.
+    fn is_empty(&self) -> bool {
+        self.seen.is_none() && self.missing.is_none()
+    }
 }
 
 /// The table as lines of text.
@@ -99,9 +115,14 @@ impl Summary {
         let [low, middle, high] = self.missing_rms.map(|rms| digits(rms, 2));
         let [most, seen] = [self.missing_p95, self.seen_rms].map(|off| digits(off, 2));
         let sides = if self.sides == 1 { "one side" } else { "three sides" };
+        let failed = match self.failed {
+            0 => String::new(),
+            1 => "; one shape could not be completed".into(),
+            more => format!("; {more} shapes could not be completed"),
+        };
         format!(
             "a scan from {sides}: what it does not show comes out {middle} {unit} rms off (half of the shapes {low} \
-             to {high}), 95 % of it within {most}; what it shows {seen}"
+             to {high}), 95 % of it within {most}; what it shows {seen}{failed}"
         )
     }
 }
@@ -135,5 +156,18 @@ mod tests {
         assert_eq!(lines.len(), 7);
         assert!(lines[1].starts_with("a.ply") && lines[1].contains("68 %") && lines[2].ends_with(" -"));
         assert!(lines.windows(2).all(|w| w[1].len() == lines[1].len()), "{lines:#?}");
+    }
+
+    #[test]
+    fn a_shape_that_could_not_be_completed_is_told() {
+        let trials: Vec<Trial> = [0, 2].map(|i| trial(i, Kind::Front, 1.0)).into();
+        let names: Vec<String> = ["a.ply", "b.ply", "c.ply"].map(String::from).into();
+        let rows = rows(&trials, &names, &[]);
+        let found = summaries(&rows);
+        assert_eq!((found.len(), found[0].shapes, found[0].failed), (1, 2, 1));
+        assert!(found[0].sentence("mm").ends_with("; one shape could not be completed"));
+        let lines = table(&rows, "mm");
+        assert!(lines[3].starts_with("b.ply"), "{lines:#?}");
+        assert_eq!(lines[3].split_whitespace().filter(|word| *word == "-").count(), 5, "{lines:#?}");
     }
 }

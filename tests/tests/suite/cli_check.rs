@@ -17,10 +17,12 @@ fn all_meshes_of_a_folder_are_checked() {
     let folder = tempdir().unwrap();
     succeeds(folder.path(), &["synth", "heads", "heads", "--count", "2"]);
     std::fs::write(folder.path().join("heads/remarks.txt"), "no mesh").unwrap();
-    let said = succeeds(folder.path(), &["check", "heads"]);
+    std::fs::write(folder.path().join("heads/cloud.pcd"), "no cloud").unwrap();
+    let (said, _, code) = check(folder.path(), &["heads"]);
     let lines: Vec<&str> = said.lines().filter(|line| !line.starts_with(' ')).collect();
-    assert_eq!(lines.len(), 2, "{said}");
-    for (line, name) in lines.iter().zip(["head_000.ply: ", "head_001.ply: "]) {
+    assert_eq!((lines.len(), code), (3, Some(1)), "{said}");
+    assert!(lines[0].contains("cloud.pcd: cannot be used"), "{said}");
+    for (line, name) in lines[1..].iter().zip(["head_000.ply: ", "head_001.ply: "]) {
         assert!(line.contains(name) && line.contains(" triangles"), "{line}");
     }
 }
@@ -30,7 +32,7 @@ fn a_folder_without_a_mesh_says_so() {
     let folder = tempdir().unwrap();
     std::fs::create_dir(folder.path().join("empty")).unwrap();
     let (_, said, code) = check(folder.path(), &["empty"]);
-    let sentence = "lacuna: empty: there is no mesh (ply, obj, stl) and no scan.json in this folder\n";
+    let sentence = "lacuna: empty: there is no mesh or cloud (ply, obj, stl, pcd, xyz, pts) and no scan.json in this folder\n";
     assert_eq!((said.as_str(), code), (sentence, Some(1)));
 }
 

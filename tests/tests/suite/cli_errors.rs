@@ -179,6 +179,58 @@ fn a_missing_output_folder_is_named() {
     assert_says(&refuses(folder.path(), &["inspect", "--modes", "no/modes.png"]), &["does not exist"]);
 }
 
+/// Each command would find something else wrong with its data first, if it looked at them.
+#[test]
+fn an_output_that_cannot_be_written_is_found_before_any_work() {
+    let folder = folder_with("kept.ply", b"an older result");
+    let here = folder.path();
+    assert!(lacuna(here, &["synth", "heads", "heads", "-c", "2"]).status.success());
+    let kept = here.join("kept.ply");
+    let mut permissions = std::fs::metadata(&kept).unwrap().permissions();
+    permissions.set_readonly(true);
+    std::fs::set_permissions(&kept, permissions).unwrap();
+    std::fs::copy(&kept, here.join("kept.lacuna")).unwrap();
+    std::fs::create_dir_all(here.join("reports/new.html")).unwrap();
+    let wrong: [(&[&str], &str); 5] = [
+        (&["complete", "nowhere.ply", "-o", "kept.ply"], "kept.ply: access is denied"),
+        (
+            &["complete", "nowhere.ply", "-o", "new.ply", "--local-surface", "kept.ply"],
+            "kept.ply: access is denied",
+        ),
+        (&["complete", "nowhere.ply", "-o", "new.ply", "--report", "reports"], "new.html: this is a folder"),
+        (&["train", "heads", "--spacing", "300", "-o", "kept.lacuna"], "kept.lacuna: access is denied"),
+        (&["evaluate", "--train", "nowhere", "--targets", "heads", "-o", "kept.ply"], "kept.ply is a file"),
+    ];
+    for (arguments, reason) in wrong {
+        assert_says(&refuses(here, arguments), &[reason]);
+    }
+    assert_eq!(std::fs::read(&kept).unwrap(), b"an older result");
+}
+
+#[test]
+fn one_left_out_needs_enough_others() {
+    let folder = tempdir().unwrap();
+    assert!(lacuna(folder.path(), &["synth", "heads", "heads", "-c", "3"]).status.success());
+    let output = lacuna(folder.path(), &["train", "heads", "-o", "m.lacuna", "--leave-one-out"]);
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    assert_says(&String::from_utf8_lossy(&output.stderr), &["needs 4 shapes or more, here are 3"]);
+}
+
+#[test]
+fn a_scan_that_cannot_be_verified_is_named_and_those_before_it_are_told() {
+    let folder = folder_with("good.ply", lacuna_fixtures::SCAN);
+    std::fs::write(folder.path().join("flat.ply"), FLAT).unwrap();
+    let output = lacuna(folder.path(), &["verify", "good.ply", "flat.ply", "--json"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert_says(&String::from_utf8_lossy(&output.stderr), &["flat.ply: "]);
+    let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((told[0]["case"].as_str(), told.as_array().map(Vec::len)), (Some("good.ply"), Some(1)));
+}
+
+/// A triangle: no scan.
+const FLAT: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+    element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n200 0 0\n0 200 0\n3 0 1 2\n";
+
 #[test]
 fn a_full_disk_is_told() {
     if !Path::new("/dev/full").exists() {

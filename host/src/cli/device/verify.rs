@@ -60,24 +60,16 @@ impl Verify {
         let bytes = inputs::model_bytes(self.model.as_deref())?;
         let model = inputs::model(&bytes, self.model.as_deref())?;
         let mut reports = vec![];
-        for (name, mesh) in self.meshes(&model)? {
-            let schedule = Schedule::of(&model);
-            let start = prepare(&model, &mesh, &Options::of(&model))?.start;
-            let hint = pose_fit::Hint::Exact;
-            let known = Known { hint, ..start.known.clone() };
-            let exact = Start { thinned: start.thinned.clone(), known, depth: None };
-            for start in [&start, &exact] {
-                let hint = name_of(start.known.hint);
-                let report = compare(&mut client, &model, format!("{name}, {hint} pose"), start, schedule)?;
-                if !common.json {
-                    tell(&report);
-                }
-                reports.push(report);
+        let compared = self.compare(&mut client, &model, &mut |report| {
+            if !common.json {
+                tell(&report);
             }
-        }
+            reports.push(report);
+        });
         if common.json {
             say(&serde_json::to_string_pretty(&reports)?);
         }
+        compared?;
         let differing = |r: &Report| r.difference().map(|stage| format!("{} ({stage})", r.scan));
         let different: Vec<String> = reports.iter().filter_map(differing).collect();
         if different.is_empty() {
@@ -85,6 +77,27 @@ impl Verify {
         }
         let list = different.join("; ");
         Err(format!("the device does not compute the host's bits; first stage that differs: {list}").into())
+    }
+
+    /// Completes every scan from the pose that is found and from the same as an exact one, and hands out each report.
+    fn compare(
+        &self,
+        client: &mut AnyClient,
+        model: &Model<'_>,
+        heard: &mut dyn FnMut(Report),
+    ) -> Result<(), Failure> {
+        let schedule = Schedule::of(model);
+        for (name, mesh) in self.meshes(model)? {
+            let named = |error: &dyn std::fmt::Display| -> Failure { format!("{name}: {error}").into() };
+            let start = prepare(model, &mesh, &Options::of(model)).map_err(|error| named(&error))?.start;
+            let known = Known { hint: pose_fit::Hint::Exact, ..start.known.clone() };
+            let exact = Start { thinned: start.thinned.clone(), known, depth: None };
+            for start in [&start, &exact] {
+                let what = format!("{name}, {} pose", name_of(start.known.hint));
+                heard(compare(client, model, what, start, schedule).map_err(|error| named(&error))?);
+            }
+        }
+        Ok(())
     }
 
     /// Scans by name.
