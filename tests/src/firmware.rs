@@ -79,22 +79,30 @@ pub fn build(machine: &str, triple: &str, inputs: Option<(&Path, &Path)>) -> Pat
         command.env("LACUNA_MODEL", model).env("LACUNA_CLOUD", cloud);
     }
     finish(command, machine);
-    elf(machine, triple, "target")
+    elf(machine, triple)
 }
 
-/// Builds a machine's firmware with defmt's log, in a folder of its own: the ELF file.
+/// Builds a machine's firmware with defmt's log: an ELF file of its own.
 ///
 /// # Panics
 /// A build that fails.
 pub fn build_logging(machine: &str, triple: &str) -> PathBuf {
     let mut command = cargo(machine, triple);
-    command.args(["--features", "defmt", "--target-dir", "target/defmt"]).env("DEFMT_LOG", "info");
+    command.args(["--features", "defmt"]).env("DEFMT_LOG", "info");
     finish(command, machine);
-    elf(machine, triple, "target/defmt")
+    let (built, kept) = (elf(machine, triple), elf(machine, triple).with_extension("defmt"));
+    std::fs::copy(built, &kept).expect("a copy of the firmware");
+    kept
 }
 
-fn elf(machine: &str, triple: &str, target: &str) -> PathBuf {
-    folder().join(machine).join(target).join(triple).join("release").join(format!("lacuna-{machine}"))
+/// Whether a machine has the Cortex-M folder of built files; otherwise it has that of RISC-V.
+pub fn is_cortex(machine: &str) -> bool {
+    machine != "riscv"
+}
+
+fn elf(machine: &str, triple: &str) -> PathBuf {
+    let family = if is_cortex(machine) { "cortex" } else { "riscv" };
+    folder().join("target").join(family).join(triple).join("release").join(format!("lacuna-{machine}"))
 }
 
 fn finish(mut command: Command, machine: &str) {

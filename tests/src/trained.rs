@@ -25,7 +25,7 @@ pub fn thirty_faces_trained() -> Option<&'static Trained> {
     let made = || {
         let faces = real_data("faces/train")?;
         let shapes = (0..30).map(|i| faces.join(format!("train_{i:03}.ply")));
-        Some(train_watched(&shapes.collect::<Vec<_>>(), &["--no-calibration"]))
+        Some(train_watched(&shapes.collect::<Vec<_>>(), "3.3", &["--no-calibration"]))
     };
     TRAINED.get_or_init(made).as_ref()
 }
@@ -38,15 +38,15 @@ pub struct Trained {
     pub peak_kib: Option<u64>,
 }
 
-/// Trains with the program at 3.3 mm.
+/// Trains with the program, voxels of so many millimetres.
 ///
 /// # Panics
 /// A training that fails.
-pub fn train_watched(shapes: &[PathBuf], options: &[&str]) -> Trained {
+pub fn train_watched(shapes: &[PathBuf], spacing: &str, options: &[&str]) -> Trained {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("m.lacuna");
     let mut command = Command::new(crate::program::path());
-    command.arg("train").args(shapes).arg("-o").arg(&path).args(["--spacing", "3.3"]).args(options);
+    command.arg("train").args(shapes).arg("-o").arg(&path).args(["--spacing", spacing]).args(options);
     let mut child = command.stdout(Stdio::null()).spawn().expect("the program starts");
     let mut highest = 0;
     // The kernel keeps the peak: the last look before the end misses at most what the last moments added.

@@ -100,9 +100,9 @@ impl Machine {
 
     /// Where its firmware is built, from the workspace's folder.
     fn firmware(self) -> PathBuf {
-        let folder = self.folder();
-        let built = Path::new("targets").join(folder).join("target").join(self.target());
-        built.join("release").join(format!("lacuna-{folder}"))
+        let family = if matches!(self, Self::Riscv) { "riscv" } else { "cortex" };
+        let built = Path::new("targets/target").join(family).join(self.target()).join("release");
+        built.join(format!("lacuna-{}", self.folder()))
     }
 }
 

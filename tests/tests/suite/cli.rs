@@ -148,7 +148,7 @@ fn a_simulated_scan_names_its_truth_from_the_folder_above() {
 fn a_pipe_gets_no_progress_bars() {
     let folder = tempdir().unwrap();
     succeeds(folder.path(), &["synth", "heads", "heads", "--count", "4"]);
-    let arguments = ["train", "heads", "-o", "m.lacuna", "--spacing", "9"];
+    let arguments = ["train", "heads", "-o", "m.lacuna", "--spacing", "18"];
     let output = lacuna(folder.path(), &arguments);
     for stream in [&output.stdout, &output.stderr] {
         assert!(!stream.contains(&0x1b) && !stream.contains(&b'\r'), "{}", String::from_utf8_lossy(stream));

@@ -64,10 +64,10 @@ fn any_number_of_threads_writes_the_same_mesh_and_picture() {
 /// With optimisation and without, overflow checks and assertions or not. The example needs the core alone, so
 /// that building it in the other profile takes seconds.
 #[test]
-fn debug_and_release_compute_the_golden_bits() {
+fn optimised_or_not_a_build_computes_the_golden_bits() {
     let golden = lacuna_fixtures::GOLDEN.iter().find(|golden| golden.name == "built-in").expect("a case");
     let stages = [golden.pose, golden.hull, golden.global, golden.local, golden.distances];
-    for profile in ["dev", "release"] {
+    for profile in ["plain", "release"] {
         let output = std::process::Command::new(env!("CARGO"))
             .args([
                 "run",

@@ -86,7 +86,7 @@ fn a_report_that_cannot_be_written_is_refused_before_the_work() {
     let folder = tempdir().unwrap();
     std::fs::write(folder.path().join("file"), "").unwrap();
     let sentence = refuses(folder.path(), &["complete", "--report", "file"]);
-    assert!(sentence.contains("it is a file"), "{sentence}");
+    assert!(sentence.contains("file is a file"), "{sentence}");
     let sentence = refuses(folder.path(), &["complete", "--report", "no/reports"]);
     assert!(sentence.contains("the folder no does not exist"), "{sentence}");
 }

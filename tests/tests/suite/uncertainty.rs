@@ -15,21 +15,21 @@ const SHARE_OF_FEW: std::ops::RangeInclusive<f64> = 0.5..=0.85;
 fn a_synthetic_class_states_errors_that_hold_for_other_members() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    succeeds(path, &["synth", "heads", "heads", "--count", "8"]);
+    succeeds(path, &["synth", "heads", "heads", "--count", "6"]);
     let arguments = ["train", "heads", "-o", "m.lacuna", "--spacing", "7", "--align", "never", "--json"];
-    let report = json(path, &[&arguments[..], &["--leave-one-out", "--folds", "4"]].concat());
+    let report = json(path, &[&arguments[..], &["--leave-one-out", "--folds", "3"]].concat());
     let calibration = &report["calibration"];
-    assert_eq!(calibration["scans"], 16);
+    assert_eq!(calibration["scans"], 12);
     let table = &report["leave_one_out"];
-    assert_eq!(table["shapes"].as_array().unwrap().len(), 16);
+    assert_eq!(table["shapes"].as_array().unwrap().len(), 12);
     for summary in table["summaries"].as_array().unwrap() {
         let missing = summary["missing_rms"][1].as_f64().unwrap();
         let seen = summary["seen_rms"].as_f64().unwrap();
         assert!(seen < missing && missing < 12.0, "{summary}");
-        assert_eq!(summary["shapes"], 8);
+        assert_eq!((&summary["shapes"], &summary["failed"]), (&6.into(), &0.into()));
     }
     let bytes = std::fs::read(path.join("m.lacuna")).unwrap();
-    let others: Vec<Mesh> = (1000..1006).map(|number| Head::sample(1, number).mesh()).collect();
+    let others: Vec<Mesh> = (1000..1004).map(|number| Head::sample(1, number).mesh()).collect();
     let shares = shares(&Model::from_bytes(&bytes).unwrap(), &others);
     assert!(shares.iter().all(|share| SHARE_OF_FEW.contains(share)), "{shares:?}");
     without_calibration(path);
