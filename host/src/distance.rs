@@ -35,11 +35,7 @@ pub struct Distance {
 impl Surface {
     /// Prepares a mesh; `None` when it has no triangle of positive area.
     pub fn new(mesh: &Mesh) -> Option<Self> {
-        let unit = |t: usize| {
-            let [a, b, c] = mesh.corners(t);
-            (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_else(Vector::zeros)
-        };
-        let faces: Vec<Vector> = (0..mesh.triangles.len()).map(unit).collect();
+        let faces: Vec<Vector> = (0..mesh.triangles.len()).map(|t| mesh.normal_of(t)).collect();
         if faces.iter().all(|n| *n == Vector::zeros()) {
             return None;
         }

@@ -161,6 +161,11 @@ pub enum Problem {
 }
 
 impl Problem {
+    /// A problem in words, with the usual remedy.
+    pub(super) fn export_again(what: impl Into<String>) -> Self {
+        Self::Other(format!("{}; export the file again", what.into()))
+    }
+
     /// This problem, concerning the file as a whole.
     pub(super) fn in_whole(self) -> Fault {
         Fault { place: Place::File, problem: self }

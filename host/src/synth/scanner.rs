@@ -191,7 +191,8 @@ fn assemble(
     for view in &views {
         let sheet = sheet::sheet(view, jump_mm);
         points.append(&sheet::cloud(&sheet));
-        mesh.append(&sheet::compacted(sheet));
+        // Without vertices that no triangle has.
+        mesh.append(&keep_triangles(&sheet, |_| true));
     }
     let missing = if others.triangles.is_empty() {
         missing(truth, &mesh, pose)

@@ -3,7 +3,7 @@
 use lacuna::completion;
 use lacuna::error::{Buffer, OptionName};
 use lacuna::pose_fit::{ROUNDS, Round};
-use lacuna::{Error, Fixed, Model, Reach, Schedule, Sizes};
+use lacuna::{Error, Fixed, Float, Model, Reach, Schedule, Sizes};
 use lacuna_host::fit::{Buffers, fit};
 use lacuna_host::io;
 use lacuna_host::points::{OrientedPoints, thin};
@@ -98,6 +98,16 @@ fn a_buffer_one_element_short_is_refused_by_name() {
         shorten(&mut buffers);
         let error = complete(&model, &points, voxel_pose(&model), schedule, &mut buffers).unwrap_err();
         assert!(names(error, buffer), "{buffer:?}: {error:?}");
+    }
+}
+
+#[test]
+fn sizes_tell_the_bytes_of_their_buffers() {
+    let model = lacuna_tests::model();
+    for schedule in [default_schedule(&model), momentum_schedule(&model)] {
+        let sizes = Sizes::required(&model, &schedule).unwrap();
+        assert_eq!(sizes.bytes::<Fixed>(), Buffers::<Fixed>::new(&sizes).memory().bytes());
+        assert_eq!(sizes.bytes::<Float>(), Buffers::<Float>::new(&sizes).memory().bytes());
     }
 }
 

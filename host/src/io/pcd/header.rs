@@ -88,7 +88,10 @@ impl Header {
                     b"ascii" => Data::Ascii,
                     b"binary" => Data::Binary,
                     b"binary_compressed" => Data::Compressed,
-                    _ => return Err(say(format!("DATA {:?} is not known", quote(kind))).in_line(lines)),
+                    _ => {
+                        return Err(Problem::export_again(format!("DATA {:?} is not known", quote(kind)))
+                            .in_line(lines));
+                    }
                 };
                 return draft.finish(data, at, lines).map_err(Problem::in_whole);
             }
@@ -116,17 +119,27 @@ impl<'a> Draft<'a> {
             [b"WIDTH", value] => self.area[0] = Some(integer(value)?),
             [b"HEIGHT", value] => self.area[1] = Some(integer(value)?),
             [b"POINTS", value] => self.points = Some(integer(value)?),
-            [word, ..] => return Err(say(format!("{:?} does not belong into a PCD header", quote(word)))),
+            [word, ..] => {
+                return Err(Problem::export_again(format!(
+                    "{:?} does not belong into a PCD header",
+                    quote(word)
+                )));
+            }
         }
         Ok(())
     }
 
     fn finish(self, data: Data, length: usize, lines: usize) -> Result<Header, Problem> {
         let area = self.area[0].zip(self.area[1]).map(|(width, height)| width.saturating_mul(height));
-        let points =
-            self.points.or(area).ok_or_else(|| say("neither POINTS nor WIDTH and HEIGHT are given"))?;
+        let points = self
+            .points
+            .or(area)
+            .ok_or_else(|| Problem::export_again("neither POINTS nor WIDTH and HEIGHT are given"))?;
         if area.is_some_and(|area| area != points) {
-            return Err(say(format!("WIDTH times HEIGHT is {}, POINTS is {points}", area.unwrap_or(0))));
+            return Err(Problem::export_again(format!(
+                "WIDTH times HEIGHT is {}, POINTS is {points}",
+                area.unwrap_or(0)
+            )));
         }
         if points > u32::MAX as usize {
             return Err(Problem::TooMany);
@@ -136,14 +149,14 @@ impl<'a> Draft<'a> {
             || self.types.len() != count
             || !matches!(self.counts.len(), n if n == 0 || n == count)
         {
-            return Err(say("FIELDS, SIZE, TYPE and COUNT have different lengths"));
+            return Err(Problem::export_again("FIELDS, SIZE, TYPE and COUNT have different lengths"));
         }
         let mut header = Header { fields: vec![], points, data, columns: 0, stride: 0, length, lines };
         for (number, name) in self.fields.iter().enumerate() {
             let kind = kind(self.types[number], self.sizes[number])?;
             let repeats = self.counts.get(number).map_or(Ok(1), |word| integer(word))?;
             if repeats == 0 {
-                return Err(say(format!("the field {:?} has the COUNT 0", quote(name))));
+                return Err(Problem::export_again(format!("the field {:?} has the COUNT 0", quote(name))));
             }
             let bytes = integer(self.sizes[number])?.saturating_mul(repeats);
             let column = Column { kind, number: header.columns, offset: header.stride, bytes };
@@ -152,7 +165,7 @@ impl<'a> Draft<'a> {
             header.stride = header.stride.saturating_add(bytes);
         }
         if header.stride > 1 << 20 {
-            return Err(say(format!("a point of {} bytes is none", header.stride)));
+            return Err(Problem::export_again(format!("a point of {} bytes is none", header.stride)));
         }
         Ok(header)
     }
@@ -170,16 +183,17 @@ fn kind(letter: &[u8], size: &[u8]) -> Result<Kind, Problem> {
         (b"U", b"2") => Kind::U16,
         (b"U", b"4") => Kind::U32,
         (b"U", b"8") => Kind::U64,
-        _ => return Err(say(format!("TYPE {} with SIZE {} is not known", quote(letter), quote(size)))),
+        _ => {
+            return Err(Problem::export_again(format!(
+                "TYPE {} with SIZE {} is not known",
+                quote(letter),
+                quote(size)
+            )));
+        }
     })
 }
 
 fn integer(word: &[u8]) -> Result<usize, Problem> {
     let parsed = std::str::from_utf8(word).ok().and_then(|text| text.parse().ok());
     parsed.ok_or_else(|| Problem::NotANumber(quote(word)))
-}
-
-/// A problem in words, with the usual remedy.
-fn say(what: impl Into<String>) -> Problem {
-    Problem::Other(format!("{}; export the file again", what.into()))
 }

@@ -44,16 +44,3 @@ pub(super) fn cloud(sheet: &Mesh) -> Mesh {
     let (points, normals) = known.into_iter().unzip();
     Mesh { points, normals, triangles: vec![] }
 }
-
-/// Drops vertices without a triangle.
-pub(super) fn compacted(mesh: Mesh) -> Mesh {
-    let mut renamed = vec![u32::MAX; mesh.points.len()];
-    mesh.triangles.iter().flatten().for_each(|&v| renamed[v as usize] = 0);
-    let mut points = vec![];
-    for (v, point) in mesh.points.iter().enumerate().filter(|(v, _)| renamed[*v] == 0).collect::<Vec<_>>() {
-        renamed[v] = points.len() as u32;
-        points.push(*point);
-    }
-    let triangles = mesh.triangles.iter().map(|t| t.map(|v| renamed[v as usize])).collect();
-    Mesh { points, normals: vec![], triangles }
-}
