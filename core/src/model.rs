@@ -265,7 +265,7 @@ impl<'a> Model<'a> {
         f32::from_bits(read_u32(self.modes, k * MODE_BYTES))
     }
 
-    /// Gain g of mode `k`: (mean(s) / s_k)².
+    /// Gain g of mode `k`: (mean(s) / s_k)², at most [`MAX_MODE`].
     pub fn gain(&self, k: usize) -> f32 {
         f32::from_bits(read_u32(self.modes, k * MODE_BYTES + 4))
     }

@@ -159,19 +159,17 @@ impl Extent {
     }
 }
 
-/// Active nodes of a layer of constant z: a column of nodes that starts at a brick's edge is walked only where one of the
-/// bricks around it is stored.
+/// Active nodes of a layer of constant z: those of a brick are looked at only where it, or one before it, is stored.
 fn active_of_layer(model: &Model<'_>, stride: u8, z: u16) -> usize {
     let side = u16::from(model.grid().brick().checked_div(stride).unwrap_or(1)).max(1);
     let [width, height, _] = model.grid().node_sides(stride);
-    let brick_of = |node: u16| node.checked_div(side).unwrap_or(0);
+    let starts = |end: u16| (0..end).step_by(usize::from(side));
+    let of_brick = |start: u16, end: u16| start..(start + side).min(end);
     let mut active = 0;
-    for y in 0..height {
-        for start in (0..width).step_by(usize::from(side)) {
-            if lies_near_stored(model, [start, y, z].map(brick_of)) {
-                let nodes = start..(start + side).min(width);
-                active += nodes.filter(|&x| is_active(model, stride, [x, y, z])).count();
-            }
+    for (y, x) in starts(height).flat_map(|y| starts(width).map(move |x| (y, x))) {
+        if lies_near_stored(model, [x, y, z].map(|node| node.checked_div(side).unwrap_or(0))) {
+            let nodes = of_brick(y, height).flat_map(|y| of_brick(x, width).map(move |x| [x, y, z]));
+            active += nodes.filter(|&node| is_active(model, stride, node)).count();
         }
     }
     active

@@ -10,7 +10,7 @@ use embedded_io::{Read, ReadReady, Write};
 /// line, or is sent again.
 ///
 /// An error of `read` or `read_ready` (an overrun, a framing error) means that bytes were lost, as they may be at any time;
-/// a line that fails [`MOST_FAILURES`] times without a byte in between is taken to be dead, and so is one that cannot be
+/// a line that fails more than [`MOST_FAILURES`] times without a byte in between is taken to be dead, and so is one that cannot be
 /// written to.
 pub trait Port: Read + ReadReady + Write {
     /// What the machine has executed so far: instructions, cycles or ticks, across the whole u64; by default,
