@@ -29,7 +29,7 @@ pub const fn saturate(x: i32) -> i16 {
     }
 }
 
-/// A positive factor: a mantissa of 16 bits and a shift to the right, or of up to [`MOST_LIFT`] bits to the left.
+/// A positive factor: a mantissa of 16 bits and a shift to the right, or of up to six bits to the left.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Factor {
     /// Within 2¹⁵..2¹⁶, or 0.
