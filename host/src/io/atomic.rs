@@ -31,10 +31,10 @@ pub fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -
     result.map_err(|cause| Error::Write { path: path.into(), cause })
 }
 
-/// Finds before any work is done what [`write`] would fail for: nothing is written.
+/// Finds before any work is done what [`write()`] would fail for: nothing is written.
 ///
 /// # Errors
-/// [`Error::Write`] as [`write`] has it, but for a full disk.
+/// [`Error::Write`] as [`write()`] has it, but for a full disk.
 pub fn check(path: &Path) -> Result<(), Error> {
     let result = target(path).and_then(|target| match target {
         Target::Direct => Ok(()),
