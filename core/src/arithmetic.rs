@@ -318,10 +318,6 @@ fn power(exponent: u8) -> f64 {
     libm::scalbn(1.0, -i32::from(exponent))
 }
 
-fn limited(sigma: f64) -> f64 {
-    sigma.clamp(-f64::from(MAX_WEIGHT), f64::from(MAX_WEIGHT))
-}
-
 fn distance(mean: i16) -> f64 {
     f64::from(mean) / f64::from(1 << DISTANCE_BITS)
 }
@@ -337,7 +333,7 @@ impl Arithmetic for Float {
     const ZERO: f64 = 0.0;
 
     fn weight(sigma: f64) -> f64 {
-        if sigma.is_nan() { 0.0 } else { limited(sigma) }
+        if sigma.is_nan() { 0.0 } else { sigma.clamp(-f64::from(MAX_WEIGHT), f64::from(MAX_WEIGHT)) }
     }
 
     fn stored(weight: f64) -> i16 {
@@ -467,8 +463,7 @@ mod tests {
     #[test]
     fn every_step_of_every_mode_is_as_long_as_in_floats() {
         let stride = Stride::new(3).unwrap();
-        let passes = || crate::schedule::DEFAULT.iter().chain(&crate::schedule::MOMENTUM);
-        for pass in passes() {
+        for pass in crate::schedule::DEFAULT.iter().chain(&crate::schedule::MOMENTUM) {
             let kernel = Kernel::new(pass.radius, stride);
             for &step in pass.steps {
                 for gain in [0.01, 1.0, 60.0, 96.0, 130.0, crate::format::MAX_MODE] {

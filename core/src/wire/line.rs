@@ -9,9 +9,9 @@ use embedded_io::{Read, ReadReady, Write};
 /// while a piece of work is done (see [`Completion::step`](crate::Completion::step)) has to be buffered by the
 /// line, or is sent again.
 ///
-/// An error of `read` or `read_ready` (an overrun, a framing error) means that bytes were lost, as they may be at any time;
-/// a line that fails more than [`MOST_FAILURES`] times without a byte in between is taken to be dead, and so is one that cannot be
-/// written to.
+/// An error of `read` or `read_ready` (an overrun, a framing error) means that bytes were lost, as they may be at any
+/// time; a line that fails more than [`MOST_FAILURES`] times without a byte in between is taken to be dead, and so is
+/// one that cannot be written to.
 pub trait Port: Read + ReadReady + Write {
     /// What the machine has executed so far: instructions, cycles or ticks, across the whole u64; by default,
     /// it does not count.

@@ -125,8 +125,8 @@
 //!
 //! # Versions
 //! The version is one number. Within a version messages, refusals, errors, hints and iterations may be added at the end
-//! of their lists, nothing else; a device that does not know a message, or a value in it, answers `BadRequest`. Frames, header, Hello and
-//! `Refused` `UnknownVersion` are the same in all versions.
+//! of their lists, nothing else; a device that does not know a message, or a value in it, answers `BadRequest`.
+//! Frames, header, Hello and `Refused` `UnknownVersion` are the same in all versions.
 
 mod desk;
 pub mod device;

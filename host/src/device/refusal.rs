@@ -9,7 +9,7 @@ pub fn refusal(refusal: &Refusal) -> String {
     match refusal {
         Refusal::Damaged => "the request arrived damaged: send it again".into(),
         Refusal::BadRequest => "it does not know this request: update its firmware".into(),
-        Refusal::BrokenBatch => "it got bytes that are no whole number of points or pixels".into(),
+        Refusal::BrokenBatch => "it got bytes that are no whole number of points or pixels: send whole ones".into(),
         Refusal::UnknownVersion { spoken } => format!(
             "it speaks version {spoken} of the protocol, this program speaks {VERSION}: update the older one"
         ),

@@ -178,10 +178,7 @@ impl Evaluation {
     /// # Errors
     /// More training shapes asked for than there are, or a folder that cannot be written.
     pub fn open(&self, settings: &Settings, folder: &Path) -> Result<State, Error> {
-        let asked = settings.counts.iter().copied().max().unwrap_or(0);
-        if asked > self.shapes.len() {
-            return Err(Error::TooMany { asked, given: self.shapes.len() });
-        }
+        enough(&settings.counts, self.shapes.len())?;
         Ok(State::open(folder, self.key(settings))?)
     }
 
@@ -297,6 +294,17 @@ impl Evaluation {
             });
             found.lock().unwrap_or_else(std::sync::PoisonError::into_inner).keep(&target.name, result)
         })
+    }
+}
+
+/// Refuses numbers of training shapes above that of those `given`.
+///
+/// # Errors
+/// [`Error::TooMany`].
+pub fn enough(counts: &[usize], given: usize) -> Result<(), Error> {
+    match counts.iter().max() {
+        Some(&asked) if asked > given => Err(Error::TooMany { asked, given }),
+        _ => Ok(()),
     }
 }
 

@@ -8,7 +8,7 @@ use super::Record;
 use crate::io::Error;
 use std::collections::BTreeSet;
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 /// The results of one kind of run.
@@ -30,7 +30,10 @@ impl State {
         std::fs::create_dir_all(folder).map_err(failed)?;
         let file = OpenOptions::new().read(true).append(true).create(true).open(&path);
         let mut file = file.map_err(failed)?;
-        file.try_lock().map_err(|error| failed(busy(error)))?;
+        // Where files cannot be locked at all, nobody is kept out.
+        if let Err(TryLockError::WouldBlock) = file.try_lock() {
+            return Err(failed(ErrorKind::WouldBlock.into()));
+        }
         let mut text = Vec::new();
         file.read_to_end(&mut text).map_err(failed)?;
         let (records, whole) = parse(&text);
@@ -61,15 +64,6 @@ impl State {
         self.file.write_all(&line).and_then(|()| self.file.sync_data()).map_err(failed)?;
         self.records.push(record);
         Ok(())
-    }
-}
-
-fn busy(error: TryLockError) -> std::io::Error {
-    match error {
-        TryLockError::Error(error) => error,
-        TryLockError::WouldBlock => std::io::Error::other(
-            "another evaluation writes into it; wait for its end, or give another --output",
-        ),
     }
 }
 
@@ -129,7 +123,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let first = State::open(folder.path(), 5).unwrap();
         let refused = State::open(folder.path(), 5).err().expect("two at a time").to_string();
-        assert!(refused.contains("another evaluation writes into it"), "{refused}");
+        assert!(
+            refused.ends_with("another run writes into it; wait for its end, or choose another folder"),
+            "{refused}"
+        );
         drop(first);
         State::open(folder.path(), 5).unwrap();
     }

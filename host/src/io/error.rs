@@ -160,12 +160,12 @@ pub enum Problem {
     Other(String),
 }
 
-impl Problem {
-    /// A problem in words, with the usual remedy.
-    pub(super) fn export_again(what: impl Into<String>) -> Self {
-        Self::Other(format!("{}; export the file again", what.into()))
-    }
+/// A problem in words, with the usual remedy.
+pub(super) fn say(what: impl Into<String>) -> Problem {
+    Problem::Other(format!("{}; export the file again", what.into()))
+}
 
+impl Problem {
     /// This problem, concerning the file as a whole.
     pub(super) fn in_whole(self) -> Fault {
         Fault { place: Place::File, problem: self }
@@ -241,6 +241,9 @@ fn writing(cause: &io::Error) -> String {
             "the disk is full; free some space or choose another folder".into()
         }
         io::ErrorKind::IsADirectory => "this is a folder; name a file in it".into(),
+        io::ErrorKind::WouldBlock => {
+            "another run writes into it; wait for its end, or choose another folder".into()
+        }
         _ => format!("{cause}; check the disk and try again"),
     }
 }
