@@ -116,7 +116,7 @@ pub struct Outcome {
     pub pose: Pose,
     /// How the points lay on the model in the last iteration of the pose.
     pub agreement: Agreement,
-    /// Points that lie on the jointly fitted surface and face its way.
+    /// Points that lie on the surface fitted with the pose and face its way; on the mean's where the pose was held.
     pub inliers: u32,
     /// Points left out because they lie far from it: hair, collar, table.
     pub clutter: u32,

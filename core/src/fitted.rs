@@ -53,7 +53,7 @@ impl<'m, 'b, W: Lent<u32>> Fitted<'m, 'b, W> {
             Some(rows) if rows.covers(at) => rows,
             _ => rows.insert(self.model.rows_at(at)?),
         };
-        rows.from(at)
+        rows.starting_at(at)
     }
 
     #[inline]

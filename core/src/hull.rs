@@ -19,22 +19,35 @@ use crate::model::{BrickRows, Model};
 const ONE: f32 = (1 << DISTANCE_BITS) as f32;
 const NORMAL_BITS: u32 = 12;
 /// "Weight" of a claimed voxel that is not in the hull.
-const UNKNOWN: i32 = 1;
-/// Least key of a mirrored point: behind those of all measured ones, which are at most (1920² + 1024²) / 128.
+const UNWEIGHTED: i32 = 1;
+/// Least key of a mirrored point: behind those of all measured ones.
 const MIRRORED_KEY: u16 = 40_000;
+
+/// The farthest voxel that a point claims, 1/65536 voxel².
+const FARTHEST: u32 = (Reach::MOST_FRONT as u32).pow(2) + (Reach::MOST_LATERAL as u32).pow(2);
+const _: () = assert!((FARTHEST >> KEY_SHIFT) + 1 < MIRRORED_KEY as u32);
+/// A key of a measured point is a squared distance by this many bits coarser.
+const KEY_SHIFT: u32 = 7;
 
 /// How far a point reaches, 1/256 voxel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reach {
-    /// In front of the surface, and claimed behind it; at most 7.5 voxels.
+    /// In front of the surface, and claimed behind it; 1 to [`Reach::MOST_FRONT`].
     pub front: u16,
-    /// Behind the surface, in the hull.
+    /// Behind the surface, in the hull; at most `front`.
     pub behind: u16,
-    /// Sideways; about one point spacing, a quarter of a voxel to four voxels.
+    /// Sideways; about one point spacing, [`Reach::LEAST_LATERAL`] to [`Reach::MOST_LATERAL`].
     pub lateral: u16,
 }
 
 impl Reach {
+    /// Farthest in front of the surface, 7.5 voxels: the widest distance that a [`Target`] holds is 8.
+    pub const MOST_FRONT: u16 = 1920;
+    /// Least reach sideways, a quarter of a voxel.
+    pub const LEAST_LATERAL: u16 = 64;
+    /// Farthest sideways, four voxels.
+    pub const MOST_LATERAL: u16 = 1024;
+
     /// The reach a model was made for, one voxel sideways.
     pub fn of(model: &Model<'_>) -> Self {
         let scales = &model.header().scales;
@@ -47,10 +60,10 @@ impl Reach {
     /// # Errors
     /// Which part of it is out of range.
     pub const fn check(&self) -> Result<(), Error> {
-        if self.front > 1920 || self.behind > self.front || self.front == 0 {
+        if self.front > Self::MOST_FRONT || self.behind > self.front || self.front == 0 {
             return Err(Error::Option(OptionName::Reach));
         }
-        if self.lateral < 64 || self.lateral > 1024 {
+        if self.lateral < Self::LEAST_LATERAL || self.lateral > Self::MOST_LATERAL {
             return Err(Error::Option(OptionName::Lateral));
         }
         Ok(())
@@ -64,8 +77,8 @@ impl Reach {
 pub struct Target(pub i16);
 
 impl Target {
-    /// A target at a distance (1/256 voxel, limited to ±2047) with a weight of 2..=16 sixteenths; 1 stands for
-    /// no weight.
+    /// A target at a distance (1/256 voxel, limited to ±2047) with a weight in sixteenths: 2 to 16, limited to that;
+    /// 1 and less is none.
     #[inline]
     pub const fn new(distance: i32, weight: i32) -> Self {
         let limit = RESIDUAL_LIMIT;
@@ -76,7 +89,14 @@ impl Target {
         } else {
             distance
         };
-        Self(((distance << 4) | ((weight - 1) & 15)) as i16)
+        let nibble = if weight < 1 {
+            0
+        } else if weight > FULL_WEIGHT {
+            FULL_WEIGHT - 1
+        } else {
+            weight - 1
+        };
+        Self(((distance << 4) | nibble) as i16)
     }
 
     /// Distance t, 1/256 voxel.
@@ -212,7 +232,7 @@ impl<'m, 'b, K: Lent<u16>> HullBuilder<'m, 'b, K> {
                 if across * across > sight.farthest {
                     continue;
                 }
-                let Some((index, stored)) = rows.from([xs.0, y, z]) else { continue };
+                let Some((index, stored)) = rows.starting_at([xs.0, y, z]) else { continue };
                 let along = oy * ny + oz * nz + first * nx;
                 self.add_row((first, along, nx), oy * oy + oz * oz, (index, stored), xs.1 - xs.0);
             }
@@ -264,7 +284,7 @@ impl<'m, 'b, K: Lent<u16>> HullBuilder<'m, 'b, K> {
         // Behind the surface a voxel is claimed as far as in front, so that a sheet farther off cannot claim it,
         // but only the first ones have a weight: a line of sight ends at the surface.
         let full = if self.mirrored { mirror::WEIGHT } else { FULL_WEIGHT };
-        let weight = if distance >= -i32::from(self.reach.behind) { full } else { UNKNOWN };
+        let weight = if distance >= -i32::from(self.reach.behind) { full } else { UNWEIGHTED };
         *key = K::store(new_key);
         *target = Target::new(distance, weight).0;
     }
@@ -275,7 +295,7 @@ impl<'m, 'b, K: Lent<u16>> HullBuilder<'m, 'b, K> {
         if self.mirrored {
             MIRRORED_KEY + (squared >> 8).clamp(0, i32::from(u16::MAX - MIRRORED_KEY)) as u16
         } else {
-            (squared >> 7).clamp(0, i32::from(MIRRORED_KEY) - 2) as u16 + 1
+            (squared >> KEY_SHIFT).clamp(0, i32::from(MIRRORED_KEY) - 2) as u16 + 1
         }
     }
 

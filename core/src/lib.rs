@@ -54,6 +54,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
+#![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 pub mod arithmetic;
 pub mod box_filter;
@@ -78,8 +79,8 @@ pub mod gradient;
 pub mod grid;
 mod hint;
 pub mod hull;
-pub mod hull_rows;
-pub mod lent;
+mod hull_rows;
+mod lent;
 pub mod local_fit;
 pub mod mirror;
 pub mod model;

@@ -284,8 +284,9 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         self.schedule.passes.get(self.pass).map_or(modes, |pass| pass.moving(modes))
     }
 
-    /// Whether the pass under way has a kernel of several nodes, many voxels wide.
-    fn is_wide(&self) -> bool {
+    /// Whether half of the voxels are enough for the pass under way: its kernel is several nodes wide, and a node is
+    /// more than a voxel.
+    fn takes_half(&self) -> bool {
         self.stride.voxels > 1 && self.kernel().radius > 0
     }
 
@@ -304,7 +305,9 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
             self.rows.mark(index, &brick, &self.hull);
         }
         let mut masks = [0; MAX_BRICK_ROWS];
-        let Some(wanted) = self.rows.thinned(index, brick.corner, self.is_wide(), &mut masks) else { return };
+        let Some(wanted) = self.rows.thinned(index, brick.corner, self.takes_half(), &mut masks) else {
+            return;
+        };
         let q = self.stride.voxels;
         for cell in cells(&brick, q).filter(|cell| cell.any(&brick, wanted, q)) {
             let corners = cell_curvature::<A>(&brick, &cell, wanted, &self.hull, &self.gains, self.stride);

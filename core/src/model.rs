@@ -86,10 +86,10 @@ impl BrickRows<'_> {
         x.wrapping_sub(left) < self.edge
     }
 
-    /// Number of the first stored voxel from `at` on in its row of the brick, and a bit for each stored one, bit 0 for
-    /// `at`.
+    /// Number of the first stored voxel from a voxel on in its row of the brick, and a bit for each stored one, bit 0 for
+    /// that voxel, which must be one that the brick covers.
     #[inline(always)]
-    pub fn from(&self, [x, y, z]: [u16; 3]) -> Option<(usize, u8)> {
+    pub(crate) fn starting_at(&self, [x, y, z]: [u16; 3]) -> Option<(usize, u8)> {
         let [left, up, back] = self.corner;
         let (x, y, z) = (x - left, usize::from(y - up), usize::from(z - back));
         let rows = self.rows.get((z * usize::from(self.edge) + y) * ROW_BYTES..)?;

@@ -44,14 +44,14 @@ pub const OWN_RIDGE: f64 = 1e-3;
 /// Pose unknowns: turn, shift, growth.
 pub const POSE: usize = 7;
 /// Fewest points that can hold seven unknowns.
-const FEWEST: usize = 16;
+pub const FEWEST_POINTS: usize = 16;
 
 /// Iterations of one kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Round {
     /// How many.
     pub iterations: u16,
-    /// Most points used, at least 16: what a later round refines may be rough.
+    /// Most points used, at least [`FEWEST_POINTS`]: what a later round refines may be rough.
     pub points: usize,
     /// Misfit scale c, class millimetres; a positive number.
     pub misfit: f32,
@@ -69,7 +69,7 @@ pub struct Round {
 impl Round {
     /// Whether the fit can do this.
     fn check(&self) -> Result<(), Error> {
-        if self.points < FEWEST {
+        if self.points < FEWEST_POINTS {
             return Err(Error::TooFewPoints { given: self.points as u32 });
         }
         let usable = self.misfit.is_normal() && self.misfit > 0.0;
@@ -151,7 +151,7 @@ pub struct Agreement {
     pub on_support: u32,
 }
 
-/// Number of the `i`-th of `count` points that are evenly taken from `all`. Rounds have at least `FEWEST`, so that
+/// Number of the `i`-th of `count` points that are evenly taken from `all`. Rounds have at least `FEWEST_POINTS`, so that
 /// nothing is divided by zero.
 fn picked(i: usize, count: usize, all: usize) -> usize {
     match i.checked_mul(all) {
@@ -197,7 +197,7 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         rounds: &'a [Round],
         buffers: PoseBuffers<'b>,
     ) -> Result<Self, Error> {
-        if cloud.len().min(count) < FEWEST {
+        if cloud.len().min(count) < FEWEST_POINTS {
             return Err(Error::TooFewPoints { given: cloud.len().min(count) as u32 });
         }
         if !pose.is_valid() {
@@ -320,7 +320,7 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         let modes = if round.shape { self.model.modes() } else { 0 };
         let unknowns = modes + POSE;
         let total = f64::from(self.running.weight);
-        if self.running.on_support < FEWEST as u32 || total <= 0.0 {
+        if self.running.on_support < FEWEST_POINTS as u32 || total <= 0.0 {
             return;
         }
         let prior = ridge(RIDGE, self.points(round), self.model);

@@ -68,6 +68,9 @@ const LONG: [f32; 15] = [
     1.9822, 3.3007,
 ];
 
+/// Widest kernel, voxels: the bounds of the sums are proved up to there.
+pub const WIDEST: u32 = 31;
+
 impl Schedule<'static> {
     /// What ships, [`DEFAULT`], with the stride that a model is made for.
     pub const fn of(model: &Model<'_>) -> Self {
@@ -96,7 +99,7 @@ impl<'a> Schedule<'a> {
         let stride = stride.ok_or(Error::Stride { asked: self.stride, brick })?;
         for pass in self.passes {
             let width = u32::from(self.stride) * (2 * u32::from(pass.radius) + 1);
-            if width > 31 {
+            if width > WIDEST {
                 return Err(Error::Radius { asked: pass.radius });
             }
             if !pass.steps.iter().all(|s| s.is_finite() && (0.0..=1024.0).contains(s)) {

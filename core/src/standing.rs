@@ -6,7 +6,7 @@ use crate::pose::dot;
 use crate::pose_row::steepness;
 
 /// Points farther than this from the jointly fitted surface are clutter, class millimetres.
-const CLUTTER: f32 = 8.0;
+pub const CLUTTER: f32 = 8.0;
 /// Points nearer than this to it that face its way are inliers, class millimetres.
 pub const INLIER: f32 = 3.0;
 

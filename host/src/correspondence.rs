@@ -30,11 +30,15 @@ pub enum Error {
     /// Fewer than two shapes.
     #[error("a correspondence model needs at least 2 shapes, {0} given")]
     TooFew(usize),
-    /// Meshes with vertices or triangles of their own.
+    /// A training mesh with vertices or triangles of its own, counted from zero.
     #[error(
-        "the correspondence model needs meshes with the same triangles: shape {0} differs from the first"
+        "the correspondence model needs meshes with the same triangles: shape {} differs from the first",
+        .0 + 1
     )]
     Connectivity(usize),
+    /// A mesh to approximate that has other vertices or triangles than the model.
+    #[error("the correspondence model cannot approximate a mesh with other triangles than its own")]
+    Target,
     /// Equal shapes.
     #[error("the shapes do not differ")]
     NoVariation,
@@ -96,7 +100,7 @@ impl Correspondence {
     /// A mesh whose vertices do not correspond.
     pub fn weights(&self, mesh: &Mesh) -> Result<DVector<f64>, Error> {
         if mesh.points.len() * 3 != self.mean.len() || mesh.triangles != self.triangles {
-            return Err(Error::Connectivity(0));
+            return Err(Error::Target);
         }
         Ok(self.projected(&mesh.points))
     }

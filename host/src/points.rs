@@ -95,17 +95,22 @@ pub fn thin(mesh: &Mesh, cell: f64) -> OrientedPoints {
 
 /// Thins what `keep` says yes to of a scan as [`thin`] does, without triangles that are folded over: a single one would
 /// tell the fit that it is outside what is inside.
-pub fn thin_scan(scan: &Mesh, cell: f64, keep: impl Fn(&Point) -> bool) -> OrientedPoints {
+pub fn thin_scan(scan: &Mesh, cell: f64, keep: impl FnMut(&Point) -> bool) -> OrientedPoints {
     averaged(&clusters(scan, cell, keep), |around| !around.is_folded())
 }
 
 /// Thins as [`thin_scan`] does, with the first cell from `cell` on that leaves at most `most` points.
 ///
 /// n points in cubes of edge c cover an area of n c², so the next cell is c √(n / most), and 2 % longer at least.
-pub fn thin_to(scan: &Mesh, mut cell: f64, most: usize, keep: impl Fn(&Point) -> bool) -> OrientedPoints {
+pub fn thin_to(
+    scan: &Mesh,
+    mut cell: f64,
+    most: usize,
+    mut keep: impl FnMut(&Point) -> bool,
+) -> OrientedPoints {
     const GROWTH: f64 = 1.02;
     loop {
-        let thinned = thin_scan(scan, cell, &keep);
+        let thinned = thin_scan(scan, cell, &mut keep);
         let excess = thinned.points.len() as f64 / most as f64;
         // Cubes without an end hold few points; without a length, none.
         if excess <= 1.0 || !cell.is_normal() {
@@ -116,7 +121,7 @@ pub fn thin_to(scan: &Mesh, mut cell: f64, most: usize, keep: impl Fn(&Point) ->
 }
 
 /// What lies in each occupied cube and faces one way.
-fn clusters(mesh: &Mesh, cell: f64, keep: impl Fn(&Point) -> bool) -> Vec<(Cube, Cluster)> {
+fn clusters(mesh: &Mesh, cell: f64, mut keep: impl FnMut(&Point) -> bool) -> Vec<(Cube, Cluster)> {
     let mut clusters: FxHashMap<(Cube, u8), Cluster> = FxHashMap::default();
     let mut add = |position: Vector, normal: Vector, area: f64| {
         if !keep(&Point::from(position)) {

@@ -1,42 +1,54 @@
 //! What the core refuses, as sentences: what is wrong and what to do.
 
-use lacuna::Error;
+use lacuna::arithmetic::DISTANCE_BITS;
 use lacuna::error::OptionName;
+use lacuna::format::VERSION;
+use lacuna::pose_fit::FEWEST_POINTS;
+use lacuna::schedule::WIDEST;
+use lacuna::{Error, Reach};
 
-/// An error of the core as a sentence.
-pub fn sentence(error: &Error) -> String {
+/// An error of the core as a sentence; `subject` is what it calls the model: "the model", or its file.
+pub fn sentence(subject: &str, error: &Error) -> String {
     match error {
-        Error::NotAModel => "is not a Lacuna model: make one with `lacuna train`".into(),
+        Error::NotAModel => format!("{subject} is not a Lacuna model: make one with `lacuna train`"),
         Error::UnknownVersion { found } => {
             format!(
-                "has format version {found}, this program reads 1 to {}: update it, or train again",
-                lacuna::format::VERSION
+                "{subject} has format version {found}, this program reads 1 to {VERSION}: update it, or train again"
             )
         }
         Error::WrongLength { expected, found } if found < expected => {
-            format!("is cut short, {found} of {expected} bytes: copy it again")
+            format!("{subject} is cut short, {found} of {expected} bytes: copy it again")
         }
         Error::WrongLength { expected, found } => {
-            format!("has {found} bytes where {expected} belong: copy it again")
+            format!("{subject} has {found} bytes where {expected} belong: copy it again")
         }
-        Error::Damaged => "is damaged (checksum): copy it again".into(),
-        Error::Inconsistent(part) => format!("contradicts itself ({part:?}): train it again"),
+        Error::Damaged => format!("{subject} is damaged (checksum): copy it again"),
+        Error::Inconsistent(part) => format!("{subject} contradicts itself ({part:?}): train it again"),
         Error::BufferTooSmall { buffer, needed, given } => {
-            format!("the buffer {buffer:?} has {given} elements, {needed} are needed")
+            format!(
+                "the buffer {buffer:?} has {given} elements, {needed} are needed: lend it as many as Sizes tells"
+            )
         }
         Error::Stride { asked, brick } => {
             format!(
                 "a stride of {asked} does not go with bricks of {brick} voxels: use one of 1 to 4 that divides it"
             )
         }
-        Error::Radius { asked } => {
-            format!("a kernel radius of {asked} nodes is too wide for the fixed-point bounds")
-        }
+        Error::Radius { asked } => format!(
+            "a kernel radius of {asked} nodes is too wide: stride (2 radius + 1) may be {WIDEST} voxels at most"
+        ),
         Error::Option(name) => option(*name),
-        Error::Pose => "the pose is not a rotation with a positive scale".into(),
-        Error::TooFewPoints { given } => format!("{given} points are too few to find a pose"),
+        Error::Pose => "the pose is not a rotation with a positive scale: correct it".into(),
+        Error::TooFewPoints { given } => {
+            format!("{given} points are too few to find a pose, {FEWEST_POINTS} are needed: scan more of it")
+        }
         Error::EmptyHull => "the scan does not touch the model in this pose: is the pose right?".into(),
     }
+}
+
+/// 1/256 voxels in voxels.
+fn voxels(reach: u16) -> f64 {
+    f64::from(reach) / f64::from(1 << DISTANCE_BITS)
 }
 
 /// What a number has to be.
@@ -50,9 +62,13 @@ fn option(name: OptionName) -> String {
         OptionName::DepthUnit => "the depth image's unit is not greater than 0: correct it",
         OptionName::DepthJump => "the largest step within a surface is not a length: correct it",
         OptionName::PixelStride => "the pixels' stride and reach must be at least 1: correct them",
-        OptionName::Reach => "the hull's reach in front or behind is out of range: at most 7.5 voxels",
+        OptionName::Reach => {
+            let most = voxels(Reach::MOST_FRONT);
+            return format!("the hull's reach in front or behind is out of range: at most {most} voxels");
+        }
         OptionName::Lateral => {
-            "the hull's reach sideways is out of range: a quarter of a voxel to four voxels"
+            let [least, most] = [Reach::LEAST_LATERAL, Reach::MOST_LATERAL].map(voxels);
+            return format!("the hull's reach sideways is out of range: {least} to {most} voxels");
         }
         OptionName::Ridge => "a ridge is not a positive number: correct it",
         OptionName::Step => "a step length of the local fit is not within 0 to 1024: correct it",

@@ -28,7 +28,7 @@ use report::Scale;
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The core refuses the model, the scan or the schedule.
-    #[error("the core refuses this case: {}", sentence(.0))]
+    #[error("the core refuses this case: {}", sentence("the model", .0))]
     Core(lacuna::Error),
     /// The synthetic class cannot be trained.
     #[error(transparent)]
@@ -137,7 +137,7 @@ pub(crate) fn settings(model: &Model<'_>, schedule: Schedule<'_>) -> Settings {
     let pass = |pass: &lacuna::Pass<'_>| Pass {
         radius: usize::from(pass.radius),
         steps: pass.steps.iter().map(|&mu| f64::from(mu)).collect(),
-        part: usize::from(pass.part),
+        part: usize::from(pass.part).max(1),
     };
     Settings {
         stride: usize::from(schedule.stride),

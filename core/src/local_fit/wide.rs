@@ -15,7 +15,9 @@ impl<A: Arithmetic> LocalFit<'_, '_, A> {
     pub(super) fn add_residuals(&mut self, index: usize) {
         let Some(brick) = self.model.brick(index) else { return };
         let mut masks = [0; MAX_BRICK_ROWS];
-        let Some(wanted) = self.rows.thinned(index, brick.corner, self.is_wide(), &mut masks) else { return };
+        let Some(wanted) = self.rows.thinned(index, brick.corner, self.takes_half(), &mut masks) else {
+            return;
+        };
         let Some(residuals) = self.residuals.get_mut(brick.first..) else { return };
         let (hull, stride) = (self.hull, self.stride);
         let field =
@@ -35,7 +37,9 @@ impl<A: Arithmetic> LocalFit<'_, '_, A> {
         }
         let Some(brick) = self.model.brick(index) else { return };
         let mut masks = [0; MAX_BRICK_ROWS];
-        let Some(wanted) = self.rows.thinned(index, brick.corner, self.is_wide(), &mut masks) else { return };
+        let Some(wanted) = self.rows.thinned(index, brick.corner, self.takes_half(), &mut masks) else {
+            return;
+        };
         let Some(residuals) = self.residuals.get(brick.first..) else { return };
         let (kernel, stride, q) = (self.kernel(), self.stride, self.stride.voxels);
         let modes = self.model.modes();

@@ -16,8 +16,10 @@ pub enum Alternative {
     Reversed,
 }
 
-/// An alternative must explain this share of the scan, and so much more than the scan itself does.
-const CONVINCING: [f64; 2] = [0.6, 0.25];
+/// An alternative must explain this share of the scan,
+const CONVINCING: f64 = 0.6;
+/// and so much more of it than was explained without it.
+const GAIN: f64 = 0.25;
 
 impl Alternative {
     /// The scan after this change.
@@ -64,13 +66,13 @@ pub fn advice_on(model: &Model<'_>, scan: &Mesh, seed: u64, found: &Registration
 /// and walls aside, and `size` times as large as the class. As a sentence; none if nothing would, or if it fits.
 pub fn advice(model: &Model<'_>, scan: &Mesh, seed: u64, (explained, size): (f64, f64)) -> Option<String> {
     let before = in_a_possible_size(explained, size);
-    if before >= DOUBTFUL[0] {
+    if before >= DOUBTFUL {
         return None;
     }
     [Alternative::Flipped, Alternative::Mirrored, Alternative::Reversed].into_iter().find_map(|alternative| {
         let found = register::glance(model, &alternative.of(scan), seed).ok()?;
         let after = in_a_possible_size(found.explained(), found.placed.size(model));
-        let convinces = after >= CONVINCING[0] && after >= before + CONVINCING[1];
+        let convinces = after >= CONVINCING && after >= before + GAIN;
         convinces.then(|| {
             format!(
                 "{} ({:.0} instead of {:.0} % of it, in a possible size)",

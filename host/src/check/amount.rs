@@ -2,12 +2,11 @@
 
 use super::Checked;
 use crate::class::SIDE;
+use crate::register::FEWEST_POINTS;
 use lacuna::Model;
 
 /// Least share of the class's surface: less does not determine a pose.
 const LEAST: f64 = 0.03;
-/// Fewest points of a cloud.
-const FEWEST: usize = 60;
 /// Width of the square a lone point stands for, voxels: clouds of 60 to 500 points on a face came out measured on as much.
 const COVERED: f64 = 2.0;
 /// A cloud that cannot cover this share of the class's surface is worth a note.
@@ -22,9 +21,9 @@ pub(super) fn check(checked: &mut Checked, model: &Model<'_>) {
     if mesh.triangles.is_empty() {
         let count = mesh.points.len();
         let most = count as f64 * (COVERED * spacing).powi(2) / surface;
-        if count < FEWEST {
+        if count < FEWEST_POINTS {
             checked.refused(format!(
-                "the scan has {count} points, at least {FEWEST} are needed: export it in full"
+                "the scan has {count} points, at least {FEWEST_POINTS} are needed: export it in full"
             ));
         } else if most < SPARSE {
             checked.note(format!(
@@ -44,7 +43,7 @@ pub(super) fn check(checked: &mut Checked, model: &Model<'_>) {
             100.0 * LEAST
         );
         checked.refused(text);
-    } else if mesh.triangles.len() < FEWEST {
+    } else if mesh.triangles.len() < FEWEST_POINTS {
         let text = format!(
             "the scan has only {}: that is no measured surface; export it in full",
             super::counted(mesh.triangles.len(), "triangle", "triangles")

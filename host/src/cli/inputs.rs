@@ -134,7 +134,7 @@ pub fn model_bytes(path: Option<&Path>) -> Result<Vec<u8>, Failure> {
 /// The model in these bytes; `path` is for the message.
 pub fn model<'a>(bytes: &'a [u8], path: Option<&Path>) -> Result<Model<'a>, Failure> {
     let name = path.map_or("the built-in model".into(), |p| p.display().to_string());
-    Model::from_bytes(bytes).map_err(|error| format!("{name}: {}", sentence(&error)).into())
+    Model::from_bytes(bytes).map_err(|error| sentence(&name, &error).into())
 }
 
 /// A scan from a file, or the example scan; a cloud without normals gets estimated ones.

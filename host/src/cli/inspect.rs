@@ -34,8 +34,7 @@ pub struct Inspect {
 /// The sizes of a fit's buffers as a Rust file.
 fn constants(model: &Model<'_>) -> Result<String, Failure> {
     let schedule = Schedule::of(model);
-    let sizes =
-        Sizes::required(model, &schedule).map_err(|error| format!("the model {}", sentence(&error)))?;
+    let sizes = Sizes::required(model, &schedule).map_err(|error| sentence("the model", &error))?;
     let head = format!("// Elements of the buffers of a fit with the model {:08x}.\n", model.checksum());
     let lines = sizes.named().map(|(name, size)| format!("pub const {name}: usize = {size};\n"));
     Ok(head + &lines.concat())
@@ -126,7 +125,8 @@ fn factors(model: &Model<'_>) -> Option<[f32; 2]> {
 
 fn report<'a>(model: &'a Model<'_>, bytes: usize) -> Result<Report<'a>, Failure> {
     let h = model.header();
-    let required = |schedule| Sizes::required(model, &schedule).map_err(|error| sentence(&error));
+    let required =
+        |schedule| Sizes::required(model, &schedule).map_err(|error| sentence("the model", &error));
     let sizes = required(Schedule::of(model))?;
     let modes = model.modes();
     Ok(Report {

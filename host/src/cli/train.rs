@@ -148,7 +148,7 @@ impl Train {
         let seconds = start.elapsed().as_secs_f64();
         let output = self.output.display().to_string();
         let Footprint { flash, ram } =
-            Footprint::of(&trained.file).map_err(|error| format!("the model {}", sentence(&error)))?;
+            Footprint::of(&trained.file).map_err(|error| sentence("the model", &error))?;
         let made = Made { output, flash, ram, choice: trained.choice, way: aligned.way, notes, seconds };
         let report = Report::new(&model, made, table);
         if common.json {

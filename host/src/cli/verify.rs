@@ -105,7 +105,8 @@ pub fn fixtures() -> Result<Vec<Report>, Failure> {
     let mut reports = Vec::new();
     for class in &CLASSES {
         let case = Case::synthetic(class)?;
-        let model = Model::from_bytes(&case.model).map_err(|error| sentence(&error))?;
+        let model =
+            Model::from_bytes(&case.model).map_err(|error| sentence("the fixture's model", &error))?;
         reports.push(verify(&case, Schedule::of(&model), golden(class.name))?);
         progress.inc(1);
     }

@@ -74,7 +74,7 @@ impl DepthImage {
             cy: view.cy as f32,
             unit: view.unit_mm as f32,
         };
-        camera.check().map_err(|error| crate::sentence::sentence(&error))?;
+        camera.check().map_err(|error| crate::sentence::sentence("the model", &error))?;
         let translation: Vector = view.camera_to_scan.fixed_view::<3, 1>(0, 3).into_owned() * factor;
         let (depth, jump, pitch) = (view.depth.clone(), view.jump_mm(), view.pixel_mm() * scale * factor);
         Ok(Self { camera, depth, jump, pitch, scale: scale * factor, rotation, translation })

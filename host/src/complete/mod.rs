@@ -111,7 +111,7 @@ pub enum Error {
     #[error(transparent)]
     Register(#[from] register::Error),
     /// The fit.
-    #[error("the fit was refused: {}", sentence(.0))]
+    #[error("the fit was refused: {}", sentence("the model", .0))]
     Fit(lacuna::Error),
     /// Whatever was to fit elsewhere: a device.
     #[error(transparent)]

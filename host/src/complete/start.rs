@@ -5,20 +5,16 @@ use super::{Error, Options};
 use crate::mesh::{Mesh, Point};
 use crate::points::{OrientedPoints, PackedPoints, thin_scan, thin_to};
 use crate::register::joint::signed_distance;
-use crate::register::{Placed, Registration, centred, refine_hint, register};
+use crate::register::{FEWEST_POINTS, Placed, Registration, centred, refine_hint, register};
 use lacuna::cloud::CAPACITY;
 use lacuna::corners::Weights;
 use lacuna::cube::Cube;
 use lacuna::pose_fit::Round;
+use lacuna::standing::CLUTTER;
 use lacuna::{Model, pose_fit, sample};
 
 /// Points are this far apart, voxels; further where there would be more than [`CAPACITY`] of them.
 pub const CELL: f64 = 0.5;
-/// With fewer points than this on the model the pose is wrong: all are kept, so that the fit can tell.
-const FEWEST: usize = 60;
-/// Points farther from the shape fitted with the pose are clutter, class millimetres: the core leaves them out of the hull,
-/// too, but takes the pose from them.
-const BESIDE: f32 = 8.0;
 /// Least share of the points where the model has something that lie near the shape, in a scan without much clutter.
 const CLEAN: f64 = 0.75;
 
@@ -132,16 +128,20 @@ pub fn thinned(model: &Model<'_>, scan: &Mesh, known: &Known) -> Thinned {
     let fitted = known.fitted.as_ref();
     let settled = fitted.map_or(known.placed, |fitted| fitted.placed);
     let supported = |p: &Point| sample::far(model, voxels(&settled, p)).is_some();
-    let belongs = |p: &Point| fitted.is_none_or(|fitted| belongs(model, fitted, p));
+    let shape = fitted.map(|fitted| Weights::new(&fitted.shape));
+    let mut surface = shape.as_ref().map(|shape| Cube::new(model, shape));
+    let mut belongs =
+        |p: &Point| surface.as_mut().is_none_or(|surface| belongs(surface, voxels(&settled, p)));
     let whole = all.points.len();
     let near: Vec<&Point> = all.points.iter().filter(|p| supported(p)).collect();
     let on_it = near.iter().filter(|p| belongs(p)).count();
     let share = |count: usize| count as f64 / whole.max(1) as f64;
     let cluttered = (on_it as f64) < CLEAN * near.len() as f64;
-    let (points, elsewhere, clutter) = if cluttered && on_it >= FEWEST {
+    // With fewer points on the model the pose is wrong: all are kept, so that the fit can tell.
+    let (points, elsewhere, clutter) = if cluttered && on_it >= FEWEST_POINTS {
         let kept = thin_to(scan, cell, CAPACITY, |p| supported(p) && belongs(p));
         (kept, 1.0 - share(near.len()), share(near.len() - on_it))
-    } else if whole > CAPACITY && near.len() >= FEWEST {
+    } else if whole > CAPACITY && near.len() >= FEWEST_POINTS {
         (thin_to(scan, cell, CAPACITY, supported), 1.0 - share(near.len()), 0.0)
     } else if whole > CAPACITY {
         (thin_to(scan, cell, CAPACITY, |_| true), 0.0, 0.0)
@@ -156,11 +156,11 @@ fn voxels(placed: &Placed, p: &Point) -> [f32; 3] {
     placed.to_model(p).coords.map(|c| c as f32).into()
 }
 
-/// Whether a point lies near the shape that was fitted with the pose.
-fn belongs(model: &Model<'_>, fitted: &Registration, p: &Point) -> bool {
-    let weights = Weights::new(&fitted.shape);
-    let found = signed_distance(&mut Cube::new(model, &weights), voxels(&fitted.placed, p));
-    found.is_some_and(|(distance, _)| distance.abs() <= BESIDE * model.header().scales.millimetre)
+/// Whether a place lies near the shape that was fitted with the pose. What is farther is clutter: the core leaves it out of
+/// the hull, too, but takes the pose from it.
+fn belongs(surface: &mut Cube<'_, '_>, place: [f32; 3]) -> bool {
+    let limit = CLUTTER * surface.model().header().scales.millimetre;
+    signed_distance(surface, place).is_some_and(|(distance, _)| distance.abs() <= limit)
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use crate::register::rank::SIZES;
 use crate::uncertainty::spread::Spread;
 use crate::unit::digits;
 use serde::Serialize;
+use std::ops::Range;
 
 /// An overall judgement, best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -63,22 +64,40 @@ const LEAST_EXPLAINED: f64 = 0.72;
 /// 0.61 and 0.64 in wrong ones; hair, collars, femurs and blobs in sizes of the class 0.69 at most, the hair of a raw
 /// photogrammetry scan 0.74.
 const EXACT: f64 = 0.75;
-/// The same for a pose whose next best explains at most this share of what it does. 70 scenes of faces with hair and collar:
-/// eight right poses 0.717 to 0.748, their rivals 0.51 to 0.68; hair, collars, shoulders and femurs in sizes of the class, where
-/// their shape is not unusual: rivals of 0.74 or more.
-const EXACT_ALONE: [f64; 2] = [0.7, 0.7];
+/// The same for a pose without a rival. 70 scenes of faces with hair and collar: eight right poses 0.717 to 0.748.
+const EXACT_ALONE: f64 = 0.7;
+/// A pose is without a rival if the next best explains at most this share of what it does: 0.51 to 0.68 beside those eight;
+/// beside hair, collars, shoulders and femurs in sizes of the class, where their shape is not unusual, 0.74 or more.
+const RIVAL: f64 = 0.7;
 /// Root mean square weight, standard deviations, from which a shape is unusual: below 1.8 in the right poses of the 125 scenes.
 const UNUSUAL: f64 = 2.0;
-/// Least share of a whole scan that a pose explains without a word, and at all: half a head with shoulders 0.26 to 0.36, a head
-/// on a table of a square metre 0.07.
+/// Least share of a whole scan that a pose explains without a word: half a head with shoulders 0.26 to 0.36.
 const LITTLE: f64 = 0.25;
+/// Least share that a pose explains at all: a head on a table of a square metre 0.07.
 const LEAST_POSE: f64 = 0.04;
+/// Sizes of a scan in terms of the class's that nothing is said about, a third either way: nine scans of faces 0.94 to 1.09.
+const USUAL_SIZES: Range<f64> = 0.75..1.34;
+/// Share of a scan where the class has no surface, beyond which that is told: nine scans of faces 0.03 at most, a head with
+/// shoulders 0.6.
+const MOST_OUTSIDE: f64 = 0.3;
+/// Where less than this share of the points near the model lies on the fitted surface, the shape is unlike the class: 0.98
+/// of a raw head, 0.999 and more of nine scans.
+const UNLIKE: f64 = 0.85;
+/// Where less than this, it is none of it.
+const UNLIKE_ANY: f64 = 0.5;
+/// Distance of the fit from the measured surface, class millimetres rms, from which that is told: nine scans 0.11 at most, a
+/// raw head 0.27.
+const MISSED: f64 = 1.0;
+/// Root mean square weight, standard deviations, from which a shape is none of the class: nine scans 1.0 at most.
+const ODD: f64 = 4.0;
+/// Share of inferred surface from which that is told: 0.69 at most in nine scans of faces.
+const MUCH_INFERRED: f64 = 0.8;
 /// A pose beside which another one explains more than this share of what it explains may be the wrong one of them. The other
 /// one explains 0.36 to 0.50 beside the right poses of nine scans of faces, 0.67 at most of single views of others and of
 /// femurs, 0.56 to 0.88 on eight parts of a raw head with shoulders, and 0.94 to 1.0 on ten mugs from the side, be they right
 /// or upside down.
 const AMBIGUOUS: f64 = 0.9;
-/// Beyond this share of inferred surface little was seen: 0.65 at most in the nine scans, 0.87 for a patch of 40 mm.
+/// Share of inferred surface beyond which too little was seen: 0.87 for a patch of 40 mm.
 const MOST_INFERRED: f64 = 0.86;
 
 /// Deviation of the surface beyond which what was not seen is hardly known, class millimetres. Nine scans of faces:
@@ -136,8 +155,8 @@ fn is_ambiguous(pose: f64, runner_up: f64) -> bool {
 /// tenth is explained, is followed exactly by a shape three deviations off the class; of half a sphere a quarter by a usual
 /// skull, in one pose as in another.) No rival is known of a pose that is given.
 fn is_exact(exactness: f64, weight_norm: f64, [pose, runner_up]: [f64; 2]) -> bool {
-    let alone = runner_up > 0.0 && runner_up <= EXACT_ALONE[1] * pose;
-    let least = if alone { EXACT_ALONE[0] } else { EXACT };
+    let alone = runner_up > 0.0 && runner_up <= RIVAL * pose;
+    let least = if alone { EXACT_ALONE } else { EXACT };
     weight_norm < UNUSUAL && exactness >= least && !is_ambiguous(pose, runner_up)
 }
 
@@ -153,19 +172,21 @@ pub fn weight_norm(weights: impl ExactSizeIterator<Item = f64>) -> f64 {
     (weights.map(|weight| weight * weight).sum::<f64>() / count).sqrt()
 }
 
-/// Below these shares of a scan without tables and walls clutter or another kind of object is most of it; the latter. A raw
-/// photogrammetry scan with hair and shoulders 0.33, half a head with shoulders 0.26 to 0.36; a femur 0.17, a sphere 0.1.
-pub const DOUBTFUL: [f64; 2] = [0.5, 0.2];
+/// Where a pose explains less than this share of a scan without tables and walls, clutter or another kind of object is most
+/// of it: a raw photogrammetry scan with hair and shoulders 0.33, half a head with shoulders 0.26 to 0.36.
+pub const DOUBTFUL: f64 = 0.5;
+/// Where it explains less than this, it is another kind of object: a femur 0.17, a sphere 0.1.
+const OTHER_KIND: f64 = 0.2;
 
 /// What it means that a pose explains so little of a scan; none where that is enough.
 fn doubtful(found: &Registration) -> Option<(Grade, String)> {
     let explained = found.explained();
-    let other = explained < DOUBTFUL[1] && !is_of_the_class(found);
+    let other = explained < OTHER_KIND && !is_of_the_class(found);
     let grade = if other { Grade::Reject } else { Grade::Check };
     let (share, what) =
         (percent(explained), "much clutter, normals that face both ways, or another kind of object?");
     let text = format!("only {share} of the scan, tables and walls aside, lies on the fitted shape: {what}");
-    (explained < DOUBTFUL[0]).then_some((grade, text))
+    (explained < DOUBTFUL).then_some((grade, text))
 }
 
 /// What it means that a pose explains so little of a whole scan; none where that is enough.
@@ -184,7 +205,7 @@ fn scene(pose: f64) -> Option<(Grade, String)> {
 /// is usual.
 fn size(scale: f64) -> Option<(Grade, String)> {
     let grade = if SIZES.contains(&scale) { Grade::Check } else { Grade::Reject };
-    let usual = (0.75..1.34).contains(&scale);
+    let usual = USUAL_SIZES.contains(&scale);
     (!usual).then(|| {
         (grade, format!("the scan is {scale:.2} times the size of the class: is the unit right, does it face outwards?"))
     })
@@ -226,7 +247,7 @@ impl Verdict {
         );
         findings.extend(ambiguous(pose, runner_up));
         findings.add(
-            self.outside_share > 0.3,
+            self.outside_share > MOST_OUTSIDE,
             Grade::Check,
             format!(
                 "{} of the scan's points lie where the class has no surface",
@@ -239,30 +260,30 @@ impl Verdict {
         let inliers = self.inlier_share;
         let on_it = || format!("only {} of the scan near the model lies on it", percent(inliers));
         findings.add(
-            inliers < 0.5,
+            inliers < UNLIKE_ANY,
             Grade::Reject,
             format!("{}: another kind of object, or a wrong pose", on_it()),
         );
         findings.add(
-            (0.5..0.85).contains(&inliers),
+            (UNLIKE_ANY..UNLIKE).contains(&inliers),
             Grade::Check,
             format!("{}: it is unlike the class", on_it()),
         );
         findings.add(
-            self.seen_rms > millimetre,
+            self.seen_rms > MISSED * millimetre,
             Grade::Check,
             format!("the fit misses the measured surface by {} {unit} rms", digits(self.seen_rms, 2)),
         );
         findings.add(
             self.weight_norm >= UNUSUAL,
-            if self.weight_norm > 4.0 { Grade::Reject } else { Grade::Check },
+            if self.weight_norm > ODD { Grade::Reject } else { Grade::Check },
             format!("the shape is {:.1} deviations off the class", self.weight_norm),
         );
     }
 
     fn judge_unseen(&self, findings: &mut Findings, millimetre: f64, unit: &str) {
         findings.add(
-            self.inferred_share > 0.8,
+            self.inferred_share > MUCH_INFERRED,
             if self.inferred_share > MOST_INFERRED { Grade::Reject } else { Grade::Check },
             format!("{} of the surface is inferred", percent(self.inferred_share)),
         );

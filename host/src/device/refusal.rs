@@ -53,18 +53,6 @@ pub fn refusal(refusal: &Refusal) -> String {
         Refusal::RowsMissing { received, announced } => {
             format!("it has {received} of {announced} rows of the depth image: send the others first")
         }
-        Refusal::Core(error) => format!("its core says that {}", core(error)),
-    }
-}
-
-/// The core's sentence with its subject.
-fn core(error: &lacuna::Error) -> String {
-    use lacuna::Error::{Damaged, Inconsistent, NotAModel, UnknownVersion, WrongLength};
-    let sentence = sentence(error);
-    match error {
-        NotAModel | UnknownVersion { .. } | WrongLength { .. } | Damaged | Inconsistent(_) => {
-            format!("its model {sentence}")
-        }
-        _ => sentence,
+        Refusal::Core(error) => format!("its core says that {}", sentence("its model", error)),
     }
 }

@@ -62,7 +62,7 @@ pub struct Target {
     pub name: String,
     /// Digest of its vertices.
     pub digest: u32,
-    mesh: Mesh,
+    pub(super) mesh: Mesh,
     surface: Surface,
 }
 

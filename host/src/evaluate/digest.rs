@@ -1,5 +1,6 @@
 //! Digests of what results depend on.
 
+use crate::io::Error;
 use crate::mesh::Mesh;
 use lacuna::format::Digest;
 
@@ -11,9 +12,13 @@ pub fn digest(pieces: impl IntoIterator<Item: AsRef<[u8]>>) -> u32 {
 }
 
 /// CRC-32 of this program: another build may compute other results.
-pub fn of_program() -> u32 {
-    let file = std::env::current_exe().and_then(std::fs::read);
-    file.map_or(0, |bytes| digest([bytes]))
+///
+/// # Errors
+/// A program that cannot read its own file.
+pub fn of_program() -> Result<u32, Error> {
+    let path = std::env::current_exe().unwrap_or_else(|_| "this program".into());
+    let bytes = std::fs::read(&path).map_err(|cause| Error::Read { path, cause })?;
+    Ok(digest([bytes]))
 }
 
 /// CRC-32 of a mesh's coordinates and triangles.

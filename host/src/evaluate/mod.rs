@@ -20,12 +20,13 @@ pub use plot::figure;
 pub use state::State;
 pub use summary::{Quartiles, Row, Summary, missed};
 
+use crate::correspondence::{Correspondence, correspond};
 use crate::io;
 use crate::mesh::Mesh;
 pub use crate::score::{Score, score};
 use crate::sentence::sentence;
+use crate::train;
 use crate::train::prepared::Prepared;
-use crate::{correspondence::Correspondence, train};
 use approximate::Models;
 use digest::digest;
 pub use digest::digest_of as mesh_digest;
@@ -94,13 +95,13 @@ pub enum Error {
     #[error(transparent)]
     Train(#[from] train::Error),
     /// A model the core refuses.
-    #[error("the trained model {text}", text = sentence(.0))]
+    #[error("{}", sentence("the trained model", .0))]
     Model(lacuna::Error),
     /// A target that cannot be registered.
     #[error("target {0}: {1}; is it of the same class, and near the training shapes (--pose search)?")]
     Register(String, crate::register::Error),
     /// A target that cannot be fitted.
-    #[error("target {0}: the fit was refused: {text}", text = sentence(.1))]
+    #[error("target {0}: the fit was refused: {text}", text = sentence("the model", .1))]
     Fit(String, lacuna::Error),
     /// Nothing to score.
     #[error(
@@ -179,24 +180,31 @@ impl Evaluation {
     /// More training shapes asked for than there are, or a folder that cannot be written.
     pub fn open(&self, settings: &Settings, folder: &Path) -> Result<State, Error> {
         enough(&settings.counts, self.shapes.len())?;
-        Ok(State::open(folder, self.key(settings))?)
+        Ok(State::open(folder, self.key(settings)?)?)
     }
 
     /// A digest of the program, the shapes and all settings a result depends on.
-    fn key(&self, settings: &Settings) -> u32 {
-        let t = &settings.train;
-        let chosen = serde_json::json!([
-            digest::of_program(),
-            settings.seed,
-            settings.pose,
-            settings.method,
-            settings.baselines,
-            [t.spacing, Some(t.spread), Some(t.border_share), Some(t.band[0]), Some(t.band[1])],
-            t.modes,
-            t.distances == train::Distances::Exact,
-        ]);
+    fn key(&self, settings: &Settings) -> Result<u32, Error> {
+        // All fields are named, so that a new one has to be thought of here. Counts and draws are told by each record,
+        // surfaces are written beside it.
+        let Settings { counts: _, draws: _, seed, pose, method, baselines, surfaces: _, train } = settings;
+        let program = digest::of_program()?;
+        let chosen = format!("{program} {seed} {pose:?} {method:?} {baselines} {:?}", chosen(train));
         let shapes = self.shapes.iter().map(|shape| mesh_digest(shape).to_le_bytes().to_vec());
-        digest(std::iter::once(chosen.to_string().into_bytes()).chain(shapes))
+        Ok(digest(std::iter::once(chosen.into_bytes()).chain(shapes)))
+    }
+
+    /// Why there is no correspondence model, or not in every draw: the first training shape whose vertices do not
+    /// correspond to those of the first one, counted from zero.
+    pub fn without_correspondence(&self) -> Option<usize> {
+        self.shapes.iter().position(|shape| !correspond(&self.shapes[0], shape))
+    }
+
+    /// The targets that a correspondence model cannot approximate, because it has other vertices.
+    pub fn not_corresponding(&self) -> impl Iterator<Item = &str> {
+        let first = self.shapes.first();
+        let other = move |target: &&Target| first.is_some_and(|first| !correspond(first, &target.mesh));
+        self.targets.iter().filter(other).map(|target| target.name.as_str())
     }
 
     /// Does what is not in `state` yet, adds it there, and returns all results for the settings. A target that
@@ -295,6 +303,27 @@ impl Evaluation {
             found.lock().unwrap_or_else(std::sync::PoisonError::into_inner).keep(&target.name, result)
         })
     }
+}
+
+/// The settings of the training that its result depends on. All fields are named, so that a new one has to be thought of
+/// here. A class's name is not a number, and memory only refuses.
+fn chosen(settings: &train::Settings) -> impl std::fmt::Debug {
+    let train::Settings {
+        class: _,
+        spacing,
+        modes,
+        stride,
+        unit,
+        band,
+        spread,
+        distances,
+        border_share,
+        symmetric,
+        apart,
+        memory: _,
+        limits,
+    } = settings.clone();
+    ((spacing, modes, stride, unit, band, spread), (distances, border_share, symmetric, apart, limits))
 }
 
 /// Refuses numbers of training shapes above that of those `given`.

@@ -77,6 +77,10 @@ fn draw<B: DrawingBackend>(
         .label_style(("sans-serif", 16))
         .draw()?;
     for (place, (kind, name, colour)) in MODELS.into_iter().enumerate() {
+        // Meshes that do not correspond have no correspondence model: no name without boxes.
+        if !values.keys().any(|&(_, drawn)| drawn == kind) {
+            continue;
+        }
         let shift = (place as f64 - 1.0) * BOX.1;
         let mut elements = Vec::new();
         for (at, &count) in counts.iter().enumerate() {

@@ -36,6 +36,9 @@ use search::{Effort, Search};
 use std::ops::Range;
 use trim::settled_alone;
 
+/// Fewest points that a pose is found for.
+pub const FEWEST_POINTS: usize = 60;
+
 /// A scan's place in the model: q = pose(p - centre), in voxels.
 #[derive(Clone, Copy, Debug)]
 pub struct Placed {
@@ -80,13 +83,14 @@ impl Registration {
 pub enum Error {
     /// Too little surface.
     #[error(
-        "the scan has only {0} points after thinning, at least 60 are needed: is it a scan of this class, in its unit?"
+        "the scan has only {0} points after thinning, at least {FEWEST_POINTS} are needed: is it a scan of this class, \
+         in its unit?"
     )]
     TooFewPoints(usize),
     /// A table or a wall, and hardly more.
     #[error(
-        "{:.0} % of the scan is flat, a table or a wall, and the other {points} points after thinning are too few, at least 60 \
-         are needed: is there a scan of this class in it?",
+        "{:.0} % of the scan is flat, a table or a wall, and the other {points} points after thinning are too few, at \
+         least {FEWEST_POINTS} are needed: is there a scan of this class in it?",
         100.0 * .planes
     )]
     OnlyPlanes {
@@ -115,7 +119,7 @@ pub enum Error {
     #[error("the scan does not match the model anywhere: is it of the same class?")]
     NoMatch,
     /// The core refused.
-    #[error("the pose could not be refined: {}", sentence(.0))]
+    #[error("the pose could not be refined: {}", sentence("the model", .0))]
     Core(lacuna::Error),
 }
 
@@ -201,7 +205,7 @@ impl Prepared {
     fn check(&self) -> Result<(), Error> {
         let (points, planes) = (self.points.points.len(), 1.0 - self.share);
         match points {
-            60.. => Ok(()),
+            FEWEST_POINTS.. => Ok(()),
             _ if planes > 0.5 => Err(Error::OnlyPlanes { planes, points }),
             _ => Err(Error::TooFewPoints(points)),
         }

@@ -26,14 +26,15 @@ pub struct Scored {
     pub shape: Vec<f32>,
 }
 
-/// A pose that explains more of its scan, or explains it more exactly (inliers times exactness), leaves no room for clutter that
-/// could mislead it. Nine scans of faces: 0.9 to 0.96, 0.73 to 0.82; faces among hair that ended 11 to 20 % too large: 0.66 to
-/// 0.73, 0.47 to 0.63.
-const WITHOUT_CLUTTER: [f64; 2] = [0.88, 0.7];
+/// A pose that explains this share of its scan leaves no room for clutter that could mislead it. Nine scans of faces: 0.9 to
+/// 0.96; faces among hair that ended 11 to 20 % too large: 0.66 to 0.73.
+const CLEAN: f64 = 0.88;
+/// Nor does one whose inliers times exactness are so much: 0.73 to 0.82 of the same faces, 0.47 to 0.63 of those among hair.
+const EXACTLY_CLEAN: f64 = 0.7;
 
 /// Whether clutter may mislead a pose that explains so much of its scan so exactly.
 pub fn among_clutter(inliers: f64, exactness: f64) -> bool {
-    inliers < WITHOUT_CLUTTER[0] && inliers * exactness < WITHOUT_CLUTTER[1]
+    inliers < CLEAN && inliers * exactness < EXACTLY_CLEAN
 }
 
 impl Scored {
@@ -60,24 +61,28 @@ fn by_what_they_explain(a: &Scored, b: &Scored) -> Ordering {
     b.explained.total_cmp(&a.explained)
 }
 
-/// A pose that explains so much, when the next best explains at most so much of that, needs no longer search.
-const CONVINCING: [f64; 2] = [0.8, 0.8];
+/// A pose that explains this share of the scan needs no longer search,
+const CONVINCING: f64 = 0.8;
+/// when the next best explains at most this share of what it does.
+const CONVINCING_RIVAL: f64 = 0.8;
 
 /// Whether the best of the poses explains enough, and enough more than the next one.
 pub fn convincing(field: &Field, ranked: &[Scored]) -> bool {
     let Some((best, others)) = ranked.split_first() else { return false };
-    best.inliers >= CONVINCING[0] && next_best(field, best, others) <= CONVINCING[1] * best.inliers
+    best.inliers >= CONVINCING && next_best(field, best, others) <= CONVINCING_RIVAL * best.inliers
 }
 
-/// A pose among clutter is sure if it explains its inliers so exactly, or if the next best explains at most so much of what it
-/// explains. Three wrong poses among 168 scenes with hair: 0.69 to 0.742, 0.69 to 0.98.
-const SURE: [f64; 2] = [0.75, 0.6];
+/// A pose among clutter is sure if it explains its inliers this exactly. Three wrong ones among 168 scenes with hair: 0.69
+/// to 0.742.
+const SURE: f64 = 0.75;
+/// It is sure, too, if the next best explains at most this share of what it does. The same three: 0.69 to 0.98.
+const SURE_RIVAL: f64 = 0.6;
 
 /// Whether other pairs would hardly lead to a better pose than `best`; `others` were found beside it.
 pub fn sure<'s>(field: &Field, best: &Scored, others: impl IntoIterator<Item = &'s Scored>) -> bool {
     !best.is_among_clutter()
-        || best.exactness() >= SURE[0]
-        || next_best(field, best, others) <= SURE[1] * best.inliers
+        || best.exactness() >= SURE
+        || next_best(field, best, others) <= SURE_RIVAL * best.inliers
 }
 
 /// What the best of `others` that is another pose than `best` explains, as a share of inliers at the scale of `best`; 0

@@ -70,14 +70,16 @@ pub enum Error {
     NoSurface(usize),
     /// A shape that matches no pose.
     #[error(
-        "training shape {} could not be aligned to the first one ({overlap:.0} % overlap): is it of the same class?",
-        .number + 1
+        "training shape {} could not be aligned to the first one (the best pose explains {:.0} % of it): is it of the \
+         same class?",
+        .number + 1,
+        100.0 * .explained
     )]
     NoMatch {
         /// Which, counted from zero.
         number: usize,
-        /// Share of points with a partner, per cent.
-        overlap: f64,
+        /// What the best pose explains of it ([`Candidate::quality`]), 0 to 1.
+        explained: f64,
     },
     /// A shape that matches inside out, counted from zero.
     #[error(
@@ -234,9 +236,7 @@ fn pairwise(
 ) -> Result<Similarity3<f64>, Error> {
     match best(&shape.points, first, sizes, seed) {
         Some(best) if best.quality > LEAST => Ok(first.to_field.inverse() * best.pose),
-        other => {
-            Err(Error::NoMatch { number, overlap: 100.0 * other.map_or(0.0, |best| best.quality.max(0.0)) })
-        }
+        other => Err(Error::NoMatch { number, explained: other.map_or(0.0, |best| best.quality.max(0.0)) }),
     }
 }
 

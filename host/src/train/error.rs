@@ -84,7 +84,7 @@ pub enum Error {
         fixed: [bool; 2],
     },
     /// A model that was made and that the core refuses.
-    #[error("the model {}", sentence(.0))]
+    #[error("{}", sentence("the model", .0))]
     Unusable(lacuna::Error),
     /// More bricks than a file can number.
     #[error("the model would store {0} bricks, at most 65534 can be: choose a larger --spacing")]

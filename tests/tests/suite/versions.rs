@@ -95,7 +95,7 @@ fn every_other_version_is_refused_by_its_name() {
         bytes[8..10].copy_from_slice(&found.to_le_bytes());
         assert_eq!(Model::from_bytes(&bytes).unwrap_err(), Error::UnknownVersion { found });
     }
-    let sentence = lacuna_host::sentence::sentence(&Error::UnknownVersion { found: 7 });
+    let sentence = lacuna_host::sentence::sentence("the model", &Error::UnknownVersion { found: 7 });
     assert!(sentence.contains('7'), "{sentence}");
 }
 

@@ -108,6 +108,7 @@ impl Evaluate {
         if self.ablation {
             return self.ablate(&mut evaluation, &notes, (counts[0], common));
         }
+        notes.extend(without_correspondence(&evaluation, &shapes.paths));
         let Outcome { records, failed } =
             self.results(&mut evaluation, &self.settings(method, &counts), "evaluating")?;
         notes.extend(failed.values().map(evaluate::Error::to_string));
@@ -298,6 +299,23 @@ impl Evaluate {
         }
         whole(failed.len())
     }
+}
+
+/// What the figure has no correspondence model for, if anything.
+fn without_correspondence(evaluation: &Evaluation, paths: &[PathBuf]) -> Option<String> {
+    if let Some(number) = evaluation.without_correspondence() {
+        let path = paths[number].display();
+        return Some(format!(
+            "there is no correspondence model of draws with {path}: it needs meshes with the same triangles"
+        ));
+    }
+    let others: Vec<&str> = evaluation.not_corresponding().collect();
+    let first = others.first()?;
+    let rest = others.len() - 1;
+    let more = if rest == 0 { String::new() } else { format!(" and {rest} more") };
+    Some(format!(
+        "the correspondence model leaves out {first}{more}: other triangles than the training shapes'"
+    ))
 }
 
 /// Fails if some targets did.
