@@ -30,8 +30,8 @@
 
 use crate::corner_rows::{FixedRow, Row};
 use crate::fixed::{Factor, Multiplier, round_shift, round_shift_wide, saturate};
-use crate::gradient::Factors;
 use crate::lent::Lent;
+use crate::trilinear::Factors;
 use core::fmt::Debug;
 
 /// Bits behind the point of a distance or residual in voxels.

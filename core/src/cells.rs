@@ -1,7 +1,6 @@
 //! The cells of a brick: cubes of q³ voxels between eight nodes, walked row by row.
 
 use crate::model::{Brick, ones};
-use crate::nodes::cell_mask;
 
 /// A cell within a brick.
 #[derive(Clone, Copy, Debug)]
@@ -21,6 +20,12 @@ pub struct Piece {
     stored: u8,
     /// Voxels of the brick before the cell's face in this row.
     first: usize,
+}
+
+/// Bits of a row that belong to the cell starting at `x`.
+#[inline]
+pub const fn cell_mask(x: u8, stride: u8) -> u8 {
+    (((1u16 << (stride & 15)) - 1) << (x & 7)) as u8
 }
 
 /// The cells of a brick.

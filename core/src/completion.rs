@@ -6,9 +6,9 @@
 use crate::arithmetic::Arithmetic;
 use crate::cloud::Cloud;
 use crate::corners::Weights;
+use crate::digest::digest;
 use crate::error::Error;
 use crate::fitted::Fitted;
-use crate::format::digest;
 use crate::global_fit::GlobalFit;
 use crate::hull::{Hull, HullBuilder, Reach};
 use crate::local_fit::LocalFit;

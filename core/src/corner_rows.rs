@@ -10,7 +10,8 @@
 
 use crate::arithmetic::{Arithmetic, Fixed, Float, Stride};
 use crate::fixed::round_shift;
-use crate::gradient::{CellGradient, Factors, GROUP, Straight, Transposed};
+use crate::gradient::{CellGradient, GROUP, Straight, Transposed};
+use crate::trilinear::Factors;
 use core::fmt::Debug;
 
 /// Modes whose gradients are taken at a time where all are, a multiple of [`GROUP`].

@@ -2,9 +2,9 @@
 
 use crate::arithmetic::{Arithmetic, Stride};
 use crate::cells::Cell;
-use crate::gradient::trilinear;
 use crate::hull::Hull;
 use crate::model::Brick;
+use crate::trilinear::trilinear;
 
 /// The eight corners' sums, times q³. `gains` are in 1/256, `wanted` has a mask for each row of the brick.
 pub fn cell_curvature<A: Arithmetic>(

@@ -6,9 +6,9 @@
 use crate::arithmetic::{Arithmetic, Stride};
 use crate::cells::cells;
 use crate::corner_rows::Row;
-use crate::gradient::trilinear;
 use crate::model::Brick;
 use crate::nodes::NodeMap;
+use crate::trilinear::trilinear;
 
 /// The weights at the active nodes.
 #[derive(Clone, Copy, Debug)]

@@ -47,6 +47,8 @@
 //! | 3 | 0.1.0 | jitter behind them |
 //! | 4 | 0.1.0 | a factor of the expected error for each brick behind them |
 
+use crate::arithmetic::DISTANCE_BITS;
+use crate::digest::Digest;
 use serde::{Deserialize, Serialize};
 
 /// First bytes of a model; the last two catch transfers that treat it as text.
@@ -55,8 +57,16 @@ pub const MAGIC: [u8; 8] = *b"LACUNA\x1a\n";
 pub const VERSION: u16 = 4;
 /// Length of the part before the header.
 pub const PREFIX: usize = 20;
+/// Offset of the version.
+pub const VERSION_AT: usize = 8;
+/// Offset of the header's length.
+pub const HEADER_LENGTH_AT: usize = 10;
+/// Offset of the file's length.
+pub const LENGTH_AT: usize = 12;
 /// Offset of the checksum.
 pub const CHECKSUM_AT: usize = 16;
+/// Units of a stored distance that are one voxel.
+pub const PER_VOXEL: f32 = (1 << DISTANCE_BITS) as f32;
 /// Map entry of a brick cell that is not stored.
 pub const ABSENT: u16 = u16::MAX;
 /// Far field value off the support.
@@ -72,46 +82,11 @@ pub const ENTRY_BYTES: usize = 12;
 /// Bytes of one row in a brick record.
 pub const ROW_BYTES: usize = 3;
 
-pub(crate) static CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
-
 /// CRC-32 of a model file, its own four bytes left out.
 pub fn checksum(file: &[u8]) -> u32 {
-    let mut digest = CRC.digest();
-    digest.update(file.get(..CHECKSUM_AT).unwrap_or(file));
-    digest.update(file.get(PREFIX..).unwrap_or(&[]));
-    digest.finalize()
-}
-
-/// A CRC-32 that grows piece by piece.
-pub struct Digest(crc::Digest<'static, u32>);
-
-impl Digest {
-    /// The digest of nothing.
-    pub fn new() -> Self {
-        Self(CRC.digest())
-    }
-
-    /// Appends bytes.
-    pub fn add(&mut self, bytes: &[u8]) {
-        self.0.update(bytes);
-    }
-
-    /// The CRC-32 of all bytes added.
-    pub fn value(self) -> u32 {
-        self.0.finalize()
-    }
-}
-
-impl Default for Digest {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-/// CRC-32 of many small pieces: the digest of a stage's result.
-pub fn digest(chunks: impl Iterator<Item = [u8; 2]>) -> u32 {
     let mut digest = Digest::new();
-    chunks.for_each(|chunk| digest.add(&chunk));
+    digest.add(file.get(..CHECKSUM_AT).unwrap_or(file));
+    digest.add(file.get(PREFIX..).unwrap_or(&[]));
     digest.value()
 }
 

@@ -7,6 +7,7 @@
 use crate::arithmetic::{Arithmetic, Fixed, Kernel, Stride};
 use crate::corner_rows::{Row, Whole};
 use crate::model::Brick;
+use crate::trilinear::{CELL_VOXELS, Factors};
 use core::marker::PhantomData;
 
 /// Modes whose gradients are held at a time.
@@ -15,15 +16,12 @@ pub const GROUP: usize = 5;
 /// Sums behind the last node that are added to, zeros only.
 pub const MARGIN: usize = 16;
 
-/// Most voxels of a cell: the stride is 4 at most.
-const MOST: usize = 64;
-
 /// What the voxels of a cell in the hull contribute.
 pub struct Shares<'c, A: Arithmetic, C> {
     /// φ W e for each corner; a voxel after the other.
     corners: &'c mut [A::Row],
     /// Numbers within the brick.
-    voxels: [u16; MOST],
+    voxels: [u16; CELL_VOXELS],
     count: usize,
     cell: C,
 }
@@ -64,7 +62,7 @@ pub trait CellGradient<A: Arithmetic> {
 impl<'c, A: Arithmetic, C: CellGradient<A, Row = A::Row>> Shares<'c, A, C> {
     /// No voxel yet; `scratch` has q³ rows.
     pub fn new(scratch: &'c mut [A::Row]) -> Self {
-        Self { corners: scratch, voxels: [0; MOST], count: 0, cell: C::EMPTY }
+        Self { corners: scratch, voxels: [0; CELL_VOXELS], count: 0, cell: C::EMPTY }
     }
 
     /// Forgets the voxels, for the next cell.
@@ -102,7 +100,7 @@ impl<'c, A: Arithmetic, C: CellGradient<A, Row = A::Row>> Shares<'c, A, C> {
 #[derive(Debug)]
 pub struct Transposed<A: Arithmetic, R, const G: usize> {
     /// Basis values of the modes, the voxels of a mode side by side.
-    lanes: [[u8; MOST]; G],
+    lanes: [[u8; CELL_VOXELS]; G],
     /// Σ φ W e b' of the modes for each corner.
     sums: [[A::Sum; 8]; G],
     row: PhantomData<R>,
@@ -110,7 +108,7 @@ pub struct Transposed<A: Arithmetic, R, const G: usize> {
 
 impl<A: Arithmetic, R: Whole<A>, const G: usize> CellGradient<A> for Transposed<A, R, G> {
     type Row = R;
-    const EMPTY: Self = Self { lanes: [[0; MOST]; G], sums: [[A::ZERO; 8]; G], row: PhantomData };
+    const EMPTY: Self = Self { lanes: [[0; CELL_VOXELS]; G], sums: [[A::ZERO; 8]; G], row: PhantomData };
     const MODES: usize = G;
 
     #[inline(never)]
@@ -161,7 +159,7 @@ impl<A: Arithmetic, R, const G: usize> Transposed<A, R, G> {
 
 /// Sets a voxel's value in each lane.
 #[inline(always)]
-fn fill<const G: usize>(lanes: &mut [[u8; MOST]; G], voxel: usize, values: &[u8; G]) {
+fn fill<const G: usize>(lanes: &mut [[u8; CELL_VOXELS]; G], voxel: usize, values: &[u8; G]) {
     for (lane, &value) in lanes.iter_mut().zip(values) {
         if let Some(slot) = lane.get_mut(voxel) {
             *slot = value;
@@ -181,12 +179,12 @@ fn add_column<A: Arithmetic>(slots: &mut [A::Sum], sums: &[[A::Sum; 8]], corner:
 #[derive(Debug)]
 pub struct Straight<const L: usize, const N: usize> {
     /// Basis values of the modes, a voxel after the other.
-    values: [[[u8; L]; N]; MOST],
+    values: [[[u8; L]; N]; CELL_VOXELS],
 }
 
 impl<const L: usize, const N: usize> CellGradient<Fixed> for Straight<L, N> {
     type Row = [i16; 8];
-    const EMPTY: Self = Self { values: [[[0; L]; N]; MOST] };
+    const EMPTY: Self = Self { values: [[[0; L]; N]; CELL_VOXELS] };
     const MODES: usize = L * N;
 
     #[inline(never)]
@@ -263,41 +261,4 @@ impl<const L: usize, const N: usize> Straight<L, N> {
 #[inline(always)]
 fn keep<const L: usize>(block: &mut [u8; L], values: &[u8], mask: &[u8; L]) {
     block.iter_mut().zip(values).zip(mask).for_each(|((slot, &value), mask)| *slot = value & mask);
-}
-
-/// φ q³ of the eight corners for the voxel at `at` within a cell.
-#[inline]
-pub fn trilinear([x, y, z]: [u8; 3], q: u8) -> &'static Factors {
-    let [x, y, z, side] = [x, y, z, q].map(usize::from);
-    let factors = TRILINEAR.get(side).and_then(|cell| cell.get((z * side + y) * side + x));
-    factors.unwrap_or(&[0; 8])
-}
-
-/// Integer trilinear weights of the eight corners, which sum to q³.
-pub type Factors = [i16; 8];
-
-/// [`Factors`] of the voxels of a cell, x fastest, for every stride: to look them up takes less than to work them out.
-static TRILINEAR: [[Factors; MOST]; 5] = [cell(0), cell(1), cell(2), cell(3), cell(4)];
-
-const fn cell(q: usize) -> [Factors; MOST] {
-    let mut all = [[0; 8]; MOST];
-    let mut voxel = 0;
-    while voxel < q * q * q {
-        let (x, y, z) = (voxel % q, voxel / q % q, voxel / (q * q));
-        let (u, v, w) = (q - x, q - y, q - z);
-        let [a, b, c, d] = [v * w, y * w, v * z, y * z];
-        let [e, f, g, h] = [[u * a, x * a], [u * b, x * b], [u * c, x * c], [u * d, x * d]];
-        all[voxel] = [
-            e[0] as i16,
-            e[1] as i16,
-            f[0] as i16,
-            f[1] as i16,
-            g[0] as i16,
-            g[1] as i16,
-            h[0] as i16,
-            h[1] as i16,
-        ];
-        voxel += 1;
-    }
-    all
 }

@@ -9,14 +9,14 @@
 //! 0.5 mm instead of 0.135 on complete faces). Voxels beyond the scan's border are reached by no normal.
 
 use crate::arithmetic::{DISTANCE_BITS, FULL_WEIGHT, RESIDUAL_LIMIT};
+use crate::digest::digest;
 use crate::error::{Buffer, Error, OptionName};
 use crate::fixed::round_shift;
-use crate::format::digest;
+use crate::format::PER_VOXEL;
 use crate::lent::Lent;
 use crate::mirror;
 use crate::model::{BrickRows, Model};
 
-const ONE: f32 = (1 << DISTANCE_BITS) as f32;
 const NORMAL_BITS: u32 = 12;
 /// "Weight" of a claimed voxel that is not in the hull.
 const UNWEIGHTED: i32 = 1;
@@ -51,7 +51,7 @@ impl Reach {
     /// The reach a model was made for, one voxel sideways.
     pub fn of(model: &Model<'_>) -> Self {
         let scales = &model.header().scales;
-        let units = |voxels: f32| (voxels * ONE) as u16;
+        let units = |voxels: f32| (voxels * PER_VOXEL) as u16;
         Self { front: units(scales.front), behind: units(scales.behind), lateral: 256 }
     }
 
@@ -176,7 +176,7 @@ impl<'m, 'b, K: Lent<u16>> HullBuilder<'m, 'b, K> {
         if !inside || !((0.98..1.02).contains(&squared_length)) {
             return;
         }
-        let point = point.map(|p| libm::floorf(p * ONE + 0.5) as i32);
+        let point = point.map(|p| libm::floorf(p * PER_VOXEL + 0.5) as i32);
         let normal = normal.map(|n| libm::floorf(n * (1 << NORMAL_BITS) as f32 + 0.5) as i32);
         let [xs, ys, zs] = self.ranges(point, normal);
         let sight = Sight { point, normal, farthest: self.farthest(normal) };

@@ -56,45 +56,51 @@
 #![deny(missing_docs)]
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
-pub mod arithmetic;
-pub mod box_filter;
-mod cells;
-mod cholesky;
+// What an application uses: the model, the scan, the stages of a completion and the wire.
 pub mod cloud;
-pub mod columns;
 pub mod completion;
-pub mod corner_rows;
-pub mod corners;
-pub mod cube;
-mod curvature;
 pub mod curve;
 pub mod depth;
+pub mod digest;
 pub mod error;
-mod field;
-pub mod fitted;
-pub mod fixed;
 pub mod format;
 pub mod global_fit;
-pub mod gradient;
 pub mod grid;
-mod hint;
 pub mod hull;
-mod hull_rows;
-mod lent;
 pub mod local_fit;
 pub mod mirror;
 pub mod model;
-pub mod nodes;
-mod packed;
-pub mod patch;
 pub mod pose;
 pub mod pose_fit;
-pub mod pose_row;
-pub mod sample;
 pub mod schedule;
 pub mod standing;
 pub mod wire;
 pub mod workspace;
+
+// What these are made of: public for the host, benches and tests, which look at single steps. It may change at any time.
+pub mod arithmetic;
+pub mod box_filter;
+pub mod columns;
+pub mod corner_rows;
+pub mod corners;
+pub mod cube;
+pub mod fitted;
+pub mod fixed;
+pub mod gradient;
+pub mod nodes;
+pub mod patch;
+pub mod pose_row;
+pub mod sample;
+pub mod trilinear;
+
+mod cells;
+mod cholesky;
+mod curvature;
+mod field;
+mod hint;
+mod hull_rows;
+mod lent;
+mod packed;
 
 pub use arithmetic::{Arithmetic, Fixed, Float};
 pub use cloud::Cloud;

@@ -5,10 +5,12 @@
 use crate::arithmetic::{MAX_EXPONENT, MIN_EXPONENT, Stride};
 use crate::error::{Error, Part};
 use crate::format::{
-    ABSENT, CHECKSUM_AT, Calibration, ENTRY_BYTES, Header, Jitter, MAGIC, MAX_MODE, MAX_MODES, MODE_BYTES,
-    PREFIX, ROW_BYTES, Symmetry, UNKNOWN, VERSION, checksum, factor,
+    ABSENT, CHECKSUM_AT, Calibration, ENTRY_BYTES, HEADER_LENGTH_AT, Header, Jitter, LENGTH_AT, MAGIC,
+    MAX_MODE, MAX_MODES, MODE_BYTES, PER_VOXEL, PREFIX, ROW_BYTES, Symmetry, UNKNOWN, VERSION, VERSION_AT,
+    checksum, factor,
 };
 use crate::grid::{Grid, linear, position, product};
+use crate::hull::Reach;
 
 /// Most rows of a brick.
 pub const MAX_BRICK_ROWS: usize = 64;
@@ -163,11 +165,11 @@ impl<'a> Model<'a> {
         if !prefix.starts_with(&MAGIC) {
             return Err(Error::NotAModel);
         }
-        let version = read_u16(prefix, 8);
+        let version = read_u16(prefix, VERSION_AT);
         if !(1..=VERSION).contains(&version) {
             return Err(Error::UnknownVersion { found: version });
         }
-        let (expected, found) = (read_u32(prefix, 12), u32::try_from(file.len()).unwrap_or(u32::MAX));
+        let (expected, found) = (read_u32(prefix, LENGTH_AT), u32::try_from(file.len()).unwrap_or(u32::MAX));
         if expected != found {
             return Err(Error::WrongLength { expected, found });
         }
@@ -176,7 +178,7 @@ impl<'a> Model<'a> {
             return Err(Error::Damaged);
         }
         let mut rest = file.get(PREFIX..).unwrap_or(&[]);
-        let header = take(&mut rest, usize::from(read_u16(prefix, 10)), Part::Header)?;
+        let header = take(&mut rest, usize::from(read_u16(prefix, HEADER_LENGTH_AT)), Part::Header)?;
         let (header, extras) = read_header(version, header)?;
         let model = Self::from_parts(header, rest, stored)?;
         Ok(Self { version, extras, ..model })
@@ -333,7 +335,7 @@ impl<'a> Model<'a> {
             return None;
         }
         let value = read_u16(self.far, 2 * linear(node, sides)) as i16;
-        (value != UNKNOWN).then(|| f32::from(value) / 256.0)
+        (value != UNKNOWN).then(|| f32::from(value) / PER_VOXEL)
     }
 
     fn check_modes(&self) -> Result<(), Error> {
@@ -417,7 +419,7 @@ fn check_header(header: &Header<'_>) -> Result<Grid, Error> {
     let s = &header.scales;
     let within = |x: f32, low: f32, high: f32| x.is_finite() && x >= low && x <= high;
     let good = within(s.millimetre, 1e-3, 64.0)
-        && within(s.front, 0.5, 7.5)
+        && within(s.front, 0.5, f32::from(Reach::MOST_FRONT) / PER_VOXEL)
         && within(s.behind, 0.25, s.front)
         && [s.global_ridge, s.local_ridge, s.voxel_ridge].iter().all(|&r| within(r, 1e-6, 1e3));
     if good { Ok(grid) } else { Err(Error::Inconsistent(Part::Scales)) }

@@ -2,7 +2,7 @@
 //!
 //! They are numbered in x-fastest order through a bit set with running counts.
 
-use crate::cells::{Cell, cells};
+use crate::cells::{Cell, cell_mask, cells};
 use crate::error::{Buffer, Error};
 use crate::grid::{linear, product};
 use crate::model::{MAX_BRICK_ROWS, Model};
@@ -200,10 +200,4 @@ fn is_occupied(model: &Model<'_>, stride: u8, cell: [u16; 3]) -> bool {
     let [x, y, z] = corner.map(|c| (c % edge) as u8);
     let mask = cell_mask(x, stride);
     (z..z + stride).any(|z| (y..y + stride).any(|y| brick.row(y, z).mask & mask != 0))
-}
-
-/// Bits of a row that belong to the cell starting at `x`.
-#[inline]
-pub const fn cell_mask(x: u8, stride: u8) -> u8 {
-    (((1u16 << (stride & 15)) - 1) << (x & 7)) as u8
 }

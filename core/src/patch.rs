@@ -23,7 +23,7 @@
 //! stores of the sums.
 
 use crate::packed::{packed, split};
-use crate::pose_row::MOST;
+use crate::pose_row::MOST_ENTRIES;
 
 /// Turns the sums of a patch's points into those of a patch with weights of its own. `sums` holds the packed lower
 /// triangle of Σ w row rowᵀ for `unknowns` unknowns, the first `modes` of them the weights, then Σ w r row. `own` is
@@ -33,13 +33,13 @@ pub fn eliminate_own_weights(sums: &mut [f32], modes: usize, unknowns: usize, ow
         sums.get_mut(packed(i) + i).into_iter().for_each(|diagonal| *diagonal += own);
     }
     // The vector is one more row, without a diagonal.
-    let rows = (unknowns + 1).min(MOST);
+    let rows = (unknowns + 1).min(MOST_ENTRIES);
     let together = modes / PIVOTS * PIVOTS;
-    let mut room = [[[0.0; PIVOTS]; MOST]; 2];
+    let mut room = [[[0.0; PIVOTS]; MOST_ENTRIES]; 2];
     if let Some(mut sweep) = Sweep::new(&mut room, rows) {
         (0..together).step_by(PIVOTS).for_each(|pivot| sweep.by(sums, pivot));
     }
-    let mut room = [[[0.0]; MOST]; 2];
+    let mut room = [[[0.0]; MOST_ENTRIES]; 2];
     if let Some(mut sweep) = Sweep::new(&mut room, rows) {
         (together..modes).for_each(|pivot| sweep.by(sums, pivot));
     }
@@ -68,7 +68,7 @@ struct Sweep<'s, const P: usize> {
 
 impl<'s, const P: usize> Sweep<'s, P> {
     /// Of columns of `rows` rows.
-    fn new([columns, before]: &'s mut [[[f32; P]; MOST]; 2], rows: usize) -> Option<Self> {
+    fn new([columns, before]: &'s mut [[[f32; P]; MOST_ENTRIES]; 2], rows: usize) -> Option<Self> {
         let (columns, before) = (columns.get_mut(..rows)?, before.get_mut(..rows)?);
         Some(Self { columns, before, inverse: [0.0; P], pivot: 0 })
     }

@@ -29,7 +29,7 @@ use crate::model::Model;
 use crate::packed::packed;
 use crate::patch::eliminate_own_weights;
 use crate::pose::{Pose, dot, zip};
-use crate::pose_row::{EXTRA, MOST, Rows};
+use crate::pose_row::{EXTRA, MOST_ENTRIES, Rows};
 use crate::workspace::{Progress, first};
 use core::ops::Range;
 use serde::{Deserialize, Serialize};
@@ -43,6 +43,10 @@ pub const RIDGE: f64 = 1e-3;
 pub const OWN_RIDGE: f64 = 1e-3;
 /// Pose unknowns: turn, shift, growth.
 pub const POSE: usize = 7;
+/// Added to the diagonal, times the sum of the robust weights: keeps a plane or a ball from having no solution.
+pub const DAMPING: f64 = 1e-6;
+/// The same for a growth that is held.
+const HOLD: f64 = 1e12;
 /// Fewest points that can hold seven unknowns.
 pub const FEWEST_POINTS: usize = 16;
 
@@ -244,6 +248,9 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         }
         let round = *self.rounds.get(self.round)?;
         let count = self.points(&round);
+        if self.next == 0 {
+            self.rows.set(&round, self.pose.apply(self.mean), self.buffers.weights);
+        }
         if self.next < count {
             let end = (self.next + PATCH).min(count);
             self.add_patch(self.next..end, &round);
@@ -278,9 +285,6 @@ impl<'a, 'b> PoseFit<'a, 'b> {
 
     /// Adds the points of a patch, less what weights of its own explain.
     fn add_patch(&mut self, points: Range<usize>, round: &Round) {
-        if points.start == 0 {
-            self.rows.set(round, self.pose.apply(self.mean), self.buffers.weights);
-        }
         self.fill_columns(points, self.points(round));
         let modes = if round.shape { self.model.modes() } else { 0 };
         let columns = self.buffers.columns.get(..self.rows.entries()).unwrap_or(&[]);
@@ -301,7 +305,7 @@ impl<'a, 'b> PoseFit<'a, 'b> {
     /// Fills the columns with the rows of points.
     fn fill_columns(&mut self, points: Range<usize>, count: usize) {
         let columns = self.buffers.columns.get_mut(..self.rows.entries()).unwrap_or_default();
-        let (mut row, mut cube, mut filled) = ([0; MOST], self.rows.cube(), 0);
+        let (mut row, mut cube, mut filled) = ([0; MOST_ENTRIES], self.rows.cube(), 0);
         for index in points {
             let Some((point, _)) = self.cloud.point(picked(index, count, self.cloud.len())) else { continue };
             let Some((residual, weight)) = self.rows.fill(self.pose.apply(point), &mut cube, &mut row) else {
@@ -330,9 +334,9 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         let shape = self.buffers.weights.iter().take(modes).map(|&weight| (1.0, weight));
         for (i, (tie, value)) in shape.chain(ties.into_iter().zip(self.moved)).enumerate() {
             let ridge = prior * tie;
-            let fixed = if i + 1 == unknowns && !round.growth { 1e12 * total } else { 0.0 };
+            let held = if i + 1 == unknowns && !round.growth { HOLD * total } else { 0.0 };
             if let (Some(diagonal), Some(sum)) = (matrix.get_mut(packed(i) + i), vector.get_mut(i)) {
-                *diagonal += ridge + fixed + 1e-6 * total;
+                *diagonal += ridge + held + DAMPING * total;
                 *sum = -(*sum + ridge * f64::from(value));
             }
         }

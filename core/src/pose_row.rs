@@ -28,7 +28,7 @@ const ONE: f32 = (1 << 12) as f32;
 const _: () = assert!(ONE < LIMIT as f32);
 
 /// Most entries of a row.
-pub const MOST: usize = PARTS * MODES + EXTRA;
+pub const MOST_ENTRIES: usize = PARTS * MODES + EXTRA;
 
 /// Makes the rows of points.
 #[derive(Clone, Copy, Debug)]
@@ -97,8 +97,8 @@ impl<'a> Rows<'a> {
     }
 
     /// Units of the entries.
-    pub fn units(&self) -> [f32; MOST] {
-        let mut units = [0.0; MOST];
+    pub fn units(&self) -> [f32; MOST_ENTRIES] {
+        let mut units = [0.0; MOST_ENTRIES];
         let modes = self.modes();
         for (unit, &least) in units.iter_mut().zip(self.least.as_flattened()) {
             *unit = power(least + 3);
@@ -116,7 +116,12 @@ impl<'a> Rows<'a> {
 
     /// Fills the first [`Rows::entries`] entries of the row of a place `q` (voxels). Residual r and weight w where it
     /// counts; `None` off the model, or too far from its surface. `cube` is of these rows.
-    pub fn fill(&self, q: [f32; 3], cube: &mut Cube<'_, '_>, row: &mut [i16; MOST]) -> Option<(f32, f32)> {
+    pub fn fill(
+        &self,
+        q: [f32; 3],
+        cube: &mut Cube<'_, '_>,
+        row: &mut [i16; MOST_ENTRIES],
+    ) -> Option<(f32, f32)> {
         let (distance, gradient) = match cube.find(q) {
             Some(cube) => cube.distance(),
             None if self.shape => return None,

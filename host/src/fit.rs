@@ -4,7 +4,8 @@ use crate::points::PackedPoints;
 use crate::raster;
 use lacuna::columns::{Column, PATCH};
 use lacuna::completion::{self, Memory, Outcome, Settings};
-use lacuna::format::digest;
+use lacuna::digest::digest;
+use lacuna::format::PER_VOXEL;
 use lacuna::hull::{Hull, Target};
 use lacuna::mirror;
 use lacuna::{Arithmetic, Completion, Error, LocalFit, Model, Pose, PoseBuffers, Schedule, Sizes, Workspace};
@@ -210,7 +211,7 @@ pub fn dense(model: &Model<'_>, distances: &[i16]) -> Vec<f32> {
     for brick in model.bricks() {
         for (voxel, place) in brick.places() {
             volume[raster::index(sides, place.map(usize::from))] =
-                f32::from(distances[brick.first + voxel]) / 256.0;
+                f32::from(distances[brick.first + voxel]) / PER_VOXEL;
         }
     }
     volume

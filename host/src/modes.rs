@@ -5,6 +5,7 @@ use crate::complete::picture::directions;
 use crate::mesh::{Mesh, Point};
 use crate::register::Placed;
 use crate::render::{Camera, Image, Panel, picture};
+use lacuna::format::PER_VOXEL;
 use lacuna::{Model, Pose, sample};
 use rayon::prelude::*;
 
@@ -38,7 +39,7 @@ fn row(model: &Model<'_>, mode: usize, camera: &Camera, [width, height]: [usize;
 fn instance(model: &Model<'_>, mode: usize, sigmas: f32) -> Mesh {
     let mut distances = vec![0; model.voxels()];
     for brick in model.bricks() {
-        let unit = brick.exponents().get(mode).map_or(0.0, |&e| 256.0 * sample::power(e));
+        let unit = brick.exponents().get(mode).map_or(0.0, |&e| PER_VOXEL * sample::power(e));
         for voxel in 0..brick.voxels() {
             let b = brick.basis(voxel).get(mode).map_or(0, |&b| b as i8);
             let distance = f32::from(brick.mean(voxel)) + sigmas * f32::from(b) * unit;

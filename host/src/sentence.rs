@@ -1,8 +1,7 @@
 //! What the core refuses, as sentences: what is wrong and what to do.
 
-use lacuna::arithmetic::DISTANCE_BITS;
 use lacuna::error::OptionName;
-use lacuna::format::VERSION;
+use lacuna::format::{PER_VOXEL, VERSION};
 use lacuna::pose_fit::FEWEST_POINTS;
 use lacuna::schedule::WIDEST;
 use lacuna::{Error, Reach};
@@ -48,7 +47,7 @@ pub fn sentence(subject: &str, error: &Error) -> String {
 
 /// 1/256 voxels in voxels.
 fn voxels(reach: u16) -> f64 {
-    f64::from(reach) / f64::from(1 << DISTANCE_BITS)
+    f64::from(reach) / f64::from(PER_VOXEL)
 }
 
 /// What a number has to be.

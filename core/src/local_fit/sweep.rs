@@ -9,8 +9,9 @@ use crate::arithmetic::Arithmetic;
 use crate::cells::cells_of_layer;
 use crate::corner_rows::Row;
 use crate::field::Field;
-use crate::gradient::{CellGradient, Shares, trilinear};
+use crate::gradient::{CellGradient, Shares};
 use crate::model::Brick;
+use crate::trilinear::trilinear;
 
 impl<'m, A: Arithmetic> LocalFit<'m, '_, A> {
     /// One brick of a sweep, if it lies in the layer; then what comes next.

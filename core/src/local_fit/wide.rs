@@ -7,8 +7,9 @@ use crate::box_filter::box_sums;
 use crate::cells::cells;
 use crate::corner_rows::Row;
 use crate::field::Field;
-use crate::gradient::{GROUP, Shares, trilinear};
+use crate::gradient::{GROUP, Shares};
 use crate::model::MAX_BRICK_ROWS;
+use crate::trilinear::trilinear;
 
 impl<A: Arithmetic> LocalFit<'_, '_, A> {
     #[inline(never)]

@@ -3,7 +3,7 @@
 //! A frame is `00`, COBS(header, message, CRC-32), `00`. COBS leaves no zero within, so a receiver is in step
 //! again at the first zero after any damage. See the [specification](super) for the bytes.
 
-use crate::format::CRC;
+use crate::digest::CRC;
 use cobs::{DecodeResult, DecoderState};
 use serde::{Deserialize, Serialize};
 

@@ -5,7 +5,7 @@ use crate::complete::Start;
 use crate::complete::depth_rows::Depth;
 use crate::fit::{Buffers, Digests, Fit, global_distances};
 use lacuna::cloud::Packed;
-use lacuna::format::Digest;
+use lacuna::digest::Digest;
 use lacuna::wire::message::{Begin, BeginDepth, Iterations, MAX_BATCH, MAX_PIXELS, Request};
 use lacuna::{Error, Fixed, Model, Sizes};
 

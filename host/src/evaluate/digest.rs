@@ -2,7 +2,7 @@
 
 use crate::io::Error;
 use crate::mesh::Mesh;
-use lacuna::format::Digest;
+use lacuna::digest::Digest;
 
 /// CRC-32 of a sequence of pieces.
 pub fn digest(pieces: impl IntoIterator<Item: AsRef<[u8]>>) -> u32 {

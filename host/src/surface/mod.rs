@@ -11,7 +11,6 @@ mod marching_cubes;
 mod neighbours;
 mod opening;
 mod quadric;
-mod refine;
 mod rim;
 mod signs;
 mod topology;
@@ -25,9 +24,8 @@ pub use holes::{close_holes, open_curves};
 pub use marching_cubes::{CLAMP, Volume, marching_cubes};
 pub use opening::open_rim;
 pub use quadric::{Moments, Quadric};
-pub use refine::subdivide;
 pub use rim::trim_rim;
-pub use topology::{Edge, Edges, boundary_edges, boundary_vertices, is_manifold, non_manifold_edges};
+pub use topology::{Edge, Edges, boundary_edges, is_manifold};
 
 #[cfg(test)]
 pub(crate) mod shapes;

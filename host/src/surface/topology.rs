@@ -100,18 +100,6 @@ pub fn boundary_edges(mesh: &Mesh) -> Vec<[u32; 2]> {
     Edges::of(mesh).boundary().collect()
 }
 
-/// How many edges do not join one triangle, or two of the same orientation.
-pub fn non_manifold_edges(mesh: &Mesh) -> usize {
-    Edges::of(mesh).non_manifold()
-}
-
-/// For each vertex: does it lie on an edge with a single triangle?
-pub fn boundary_vertices(mesh: &Mesh) -> Vec<bool> {
-    let mut on_boundary = vec![false; mesh.points.len()];
-    boundary_edges(mesh).as_flattened().iter().for_each(|&v| on_boundary[v as usize] = true);
-    on_boundary
-}
-
 /// Is the mesh an oriented manifold, open or closed? Every edge has one triangle or two that run
 /// along it in opposite directions, and the triangles around a vertex form a single fan.
 pub fn is_manifold(mesh: &Mesh) -> bool {
@@ -158,13 +146,15 @@ fn across(edges: &Edges, side: usize) -> Option<usize> {
 mod tests {
     use super::super::shapes::{ball, fans, sheet};
     use super::*;
+    use std::collections::BTreeSet;
 
     #[test]
     fn a_sheet_has_a_rim() {
         let mesh = sheet(5);
         assert!(is_manifold(&mesh));
         assert_eq!(boundary_edges(&mesh).len(), 16);
-        assert_eq!(boundary_vertices(&mesh).iter().filter(|&&rim| rim).count(), 16);
+        let rim: BTreeSet<u32> = boundary_edges(&mesh).into_iter().flatten().collect();
+        assert_eq!(rim.len(), 16);
         let edges = Edges::of(&mesh);
         assert!(edges.boundary().all(|[a, b]| {
             mesh.triangles.iter().any(|t| (0..3).any(|k| [t[k], t[(k + 1) % 3]] == [a, b]))
@@ -184,10 +174,10 @@ mod tests {
     fn finds_edges_with_three_triangles_and_flipped_neighbours() {
         let mut mesh = sheet(2);
         mesh.triangles.push([0, 1, 2]);
-        assert!(non_manifold_edges(&mesh) > 0 && !is_manifold(&mesh));
+        assert!(Edges::of(&mesh).non_manifold() > 0 && !is_manifold(&mesh));
         let mut mesh = sheet(2);
         mesh.triangles[0].swap(0, 1);
-        assert_eq!(non_manifold_edges(&mesh), 1);
+        assert_eq!(Edges::of(&mesh).non_manifold(), 1);
         assert!(!is_manifold(&mesh));
     }
 
@@ -195,7 +185,7 @@ mod tests {
     fn finds_two_fans_at_one_vertex() {
         let mut mesh = sheet(3);
         mesh.triangles = vec![[0, 1, 4], [4, 5, 8]];
-        assert_eq!(non_manifold_edges(&mesh), 0);
+        assert_eq!(Edges::of(&mesh).non_manifold(), 0);
         assert!(!is_manifold(&mesh));
         assert_eq!(fans(&mesh)[4], 2);
     }
@@ -207,6 +197,6 @@ mod tests {
         mesh.triangles = vec![[1, 1, 2], [3, 3, 3]];
         assert!(!is_manifold(&mesh));
         mesh.triangles.clear();
-        assert_eq!(boundary_vertices(&mesh), [false; 4]);
+        assert!(boundary_edges(&mesh).is_empty());
     }
 }

@@ -60,14 +60,12 @@ pub fn train_calibrated(
 ) -> Result<Trained, Error> {
     let Made { prepared, file, choice } = choice::make(shapes, settings, progress[0])?;
     let trials = trials(&prepared, shapes, held, progress[1]);
-    let Ok(model) = Model::from_bytes(&file) else {
-        return Ok(Trained { file, trials, shares: vec![], choice });
-    };
+    let model = Model::from_bytes(&file).map_err(Error::Unusable)?;
     let Some((fit, shares)) = calibrate(&trials, &model) else {
         return Ok(Trained { file, trials, shares: vec![], choice });
     };
     let factors = factors::bytes(&fit.factors, &model);
-    let file = model_file::calibrated(&file, &fit.constants, Some(&factors)).unwrap_or(file);
+    let file = model_file::calibrated(&file, &fit.constants, Some(&factors)).map_err(Error::Unusable)?;
     Ok(Trained { file, trials, shares, choice })
 }
 

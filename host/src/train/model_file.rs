@@ -6,7 +6,8 @@ use lacuna::Model;
 use lacuna::arithmetic::{MAX_EXPONENT, MIN_EXPONENT};
 use lacuna::error::Part;
 use lacuna::format::{
-    ABSENT, CHECKSUM_AT, Calibration, Header, MAGIC, MAX_MODE, PREFIX, UNKNOWN, VERSION, checksum,
+    ABSENT, CHECKSUM_AT, Calibration, HEADER_LENGTH_AT, Header, LENGTH_AT, MAGIC, MAX_MODE, PER_VOXEL,
+    PREFIX, UNKNOWN, VERSION, checksum,
 };
 use lacuna::model::Extras;
 use std::collections::BTreeMap;
@@ -71,7 +72,8 @@ pub fn calibrated(
     if factors.is_some_and(|factors| factors.len() != usize::from(model.header().bricks)) {
         return Err(lacuna::Error::Inconsistent(Part::Header));
     }
-    let length = file.first_chunk::<PREFIX>().map_or(0, |p| usize::from(u16::from_le_bytes([p[10], p[11]])));
+    let length = file.get(HEADER_LENGTH_AT..).and_then(|bytes| bytes.first_chunk());
+    let length = length.map_or(0, |&bytes| usize::from(u16::from_le_bytes(bytes)));
     let rest = file.get(PREFIX + length..).unwrap_or(&[]);
     let factors = factors.filter(|factors| factors.len() <= MOST_FACTORS);
     let extras = Extras { calibration: Some(*calibration), factors, ..*model.extras() };
@@ -89,7 +91,7 @@ fn head(header: &Header<'_>, extras: &Extras<'_>) -> Vec<u8> {
     file.extend(MAGIC);
     file.extend(VERSION.to_le_bytes());
     file.extend((header.len() as u16).to_le_bytes());
-    file.extend([0; PREFIX - 12]);
+    file.extend([0; PREFIX - LENGTH_AT]);
     file.extend(header);
     file
 }
@@ -97,7 +99,7 @@ fn head(header: &Header<'_>, extras: &Extras<'_>) -> Vec<u8> {
 /// The file with its length and checksum.
 fn sealed(mut file: Vec<u8>) -> Vec<u8> {
     let length = file.len() as u32;
-    file[12..16].copy_from_slice(&length.to_le_bytes());
+    file[LENGTH_AT..CHECKSUM_AT].copy_from_slice(&length.to_le_bytes());
     let sum = checksum(&file);
     file[CHECKSUM_AT..PREFIX].copy_from_slice(&sum.to_le_bytes());
     file
@@ -105,7 +107,7 @@ fn sealed(mut file: Vec<u8>) -> Vec<u8> {
 
 /// 1/256 voxel, short of the value that means "unknown".
 fn distance(voxels: f32) -> i16 {
-    (voxels * 256.0).round().clamp(-32767.0, 32767.0) as i16
+    (voxels * PER_VOXEL).round().clamp(-32767.0, 32767.0) as i16
 }
 
 /// Stored voxels (numbers in the draft) of each brick cell, in row order.

@@ -8,7 +8,8 @@ use crate::class;
 use crate::distance::Surface;
 use crate::mesh::{Mesh, Vector};
 use crate::volume::{self, Lattice, Volume};
-use lacuna::format::{Header, Scales};
+use lacuna::Reach;
+use lacuna::format::{Header, PER_VOXEL, Scales};
 use lacuna::model::Extras;
 use rayon::prelude::*;
 
@@ -19,6 +20,29 @@ const FAR_PER_BRICK: usize = 2;
 const FAR_BORDER_SHARE: f64 = 0.95;
 /// Stored voxels on either side of the mean surface, at least.
 const LEAST_VOXELS: f64 = 1.8;
+
+/// How far along lines of sight distances are measured, where they are, class millimetres: as far as the stored band of
+/// most voxels goes.
+const SIGHT: f64 = 10.0;
+/// Room around the shapes beyond the band: class millimetres, for shapes that reach farther than the training set, and voxels,
+/// for the cells of the far field.
+const MARGIN: f64 = 12.0;
+const MARGIN_VOXELS: f64 = 3.0;
+/// Hull reach R in front of the surface, class millimetres; a sheet behind a thin part must not come through it.
+const FRONT: f32 = 6.5;
+/// The same within the limits of the core, voxels.
+const FRONT_VOXELS: [f32; 2] = [1.0, Reach::MOST_FRONT as f32 / PER_VOXEL];
+/// λ of the global fit for a hull voxel, λ of the local fit, and its δ for a voxel: class millimetres squared.
+const GLOBAL_RIDGE: f32 = 0.0025;
+const LOCAL_RIDGE: f32 = 10.0;
+const VOXEL_RIDGE: f32 = 0.02;
+/// Hull reach behind the surface, class millimetres, and least, voxels. Farther in, the distance behind one side of a thin
+/// part (an ear) is already that of the other one: twice as much makes ears of stitched scans 0.2 mm thicker, and the rms of
+/// what is missing of them 1.8 instead of 1.6 mm.
+const BEHIND: [f32; 2] = [1.65, 0.5];
+/// The same with a node at every voxel: nothing but the hull holds a voxel then, and the surface's cells need all of theirs.
+/// Complete faces are 0.14 mm off, and 0.34 with half as much.
+const BEHIND_EVERY_VOXEL: [f32; 2] = [3.2, 0.8];
 
 /// The grid and what is known of the shapes on it coarsely.
 pub(super) struct Plan {
@@ -41,7 +65,7 @@ impl Plan {
     pub fn measure(&self, surface: &Surface, shape: &Mesh, lattice: &Lattice, places: &[u32]) -> Volume {
         match self.distances {
             Distances::Exact => volume::sample(surface, lattice, places),
-            Distances::Sight => line_of_sight::sample(shape, lattice, places, 10.0 * self.millimetre),
+            Distances::Sight => line_of_sight::sample(shape, lattice, places, SIGHT * self.millimetre),
         }
     }
 
@@ -58,7 +82,7 @@ impl Plan {
         let [behind, front] = settings.band.map(|b| b * millimetre);
         let band = Band { behind, front, spread: settings.spread, least: LEAST_VOXELS * spacing };
 
-        let margin = behind.max(front) + 12.0 * millimetre + 3.0 * spacing;
+        let margin = behind.max(front) + MARGIN * millimetre + MARGIN_VOXELS * spacing;
         let sides = grid::sides((high - low).add_scalar(2.0 * margin).into(), spacing, brick)?;
         let lattice = Lattice { origin: low - Vector::repeat(margin), spacing, sides };
         let all: Vec<&Surface> = surfaces.iter().collect();
@@ -186,24 +210,22 @@ impl Plan {
     /// What is a length in class millimetres, in voxels; the ridges are squares of such.
     fn scales(&self) -> Scales {
         let u = (self.millimetre / self.lattice.spacing) as f32;
-        let front = (6.5 * u).clamp(1.0, 7.5);
+        let [least, most] = FRONT_VOXELS;
+        let front = (FRONT * u).clamp(least, most);
         Scales {
             millimetre: u,
             front,
             behind: self.behind(u).min(front),
-            global_ridge: 0.0025 * u * u,
-            local_ridge: 10.0 * u * u,
-            voxel_ridge: 0.02 * u * u,
+            global_ridge: GLOBAL_RIDGE * u * u,
+            local_ridge: LOCAL_RIDGE * u * u,
+            voxel_ridge: VOXEL_RIDGE * u * u,
         }
     }
 
-    /// How far behind the surface the hull reaches, voxels, for class millimetres of `u`. Farther in, the distance behind
-    /// one side of a thin part (an ear) is already that of the other one: twice as much makes ears of stitched scans 0.2 mm
-    /// thicker, and the rms of what is missing of them 1.8 instead of 1.6 mm. With a node at every voxel nothing but the
-    /// hull holds a voxel, and the surface's cells need all of theirs: complete faces are then 0.14 mm off, and 0.34 with
-    /// half as much.
+    /// How far behind the surface the hull reaches, voxels, for class millimetres of `u`.
     fn behind(&self, u: f32) -> f32 {
-        if self.stride == 1 { (3.2 * u).max(0.8) } else { (1.65 * u).max(0.5) }
+        let [reach, least] = if self.stride == 1 { BEHIND_EVERY_VOXEL } else { BEHIND };
+        (reach * u).max(least)
     }
 
     /// The smallest grid of whole bricks around the stored voxels.

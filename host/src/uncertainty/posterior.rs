@@ -18,8 +18,8 @@ use lacuna::columns::{products, set_row};
 use lacuna::completion::POSE_POINTS;
 use lacuna::cube::Cube;
 use lacuna::patch::eliminate_own_weights;
-use lacuna::pose_fit::{OWN_RIDGE, PATCH, POSE, RIDGE, ROUNDS, columns_len, ridge, sums_len};
-use lacuna::pose_row::{MOST, Rows, steepness};
+use lacuna::pose_fit::{DAMPING, OWN_RIDGE, PATCH, POSE, RIDGE, ROUNDS, columns_len, ridge, sums_len};
+use lacuna::pose_row::{MOST_ENTRIES, Rows, steepness};
 use lacuna::{Model, Pose};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
@@ -60,7 +60,7 @@ impl<'a> Posterior<'a> {
         }
         let ridge = ridge(RIDGE, count, model);
         for i in 0..unknowns {
-            matrix[(i, i)] += if i < model.modes() { ridge } else { 1e-6 * total };
+            matrix[(i, i)] += if i < model.modes() { ridge } else { DAMPING * total };
         }
         let factor = Cholesky::new(matrix)?;
         (ridge > 0.0).then_some(Self { rows, unknowns, posed, ridge, factor })
@@ -82,7 +82,7 @@ impl<'a> Posterior<'a> {
 
     /// [`Self::at`], and the cube around the place.
     fn with_cube(&self, q: [f32; 3]) -> Option<(f32, Cube<'_, '_>)> {
-        let (mut row, mut cube) = ([0; MOST], self.rows.cube());
+        let (mut row, mut cube) = ([0; MOST_ENTRIES], self.rows.cube());
         let (_, weight) = self.rows.fill(q, &mut cube, &mut row)?;
         let units = self.rows.units().map(|unit| f64::from(unit) / f64::from(weight).sqrt());
         let row = row.into_iter().zip(units).map(|(entry, unit)| f64::from(entry) * unit);
@@ -116,7 +116,7 @@ impl<'a> Posterior<'a> {
 /// those of the pose if it was estimated.
 fn add_patch(rows: &Rows<'_>, patch: &[[f32; 3]], modes: usize, own: f32, matrix: &mut DMatrix<f64>) -> f64 {
     let mut columns = vec![[0; PATCH]; columns_len(modes)];
-    let (mut row, mut cube, mut count, mut total) = ([0; MOST], rows.cube(), 0, 0.0);
+    let (mut row, mut cube, mut count, mut total) = ([0; MOST_ENTRIES], rows.cube(), 0, 0.0);
     for &q in patch {
         if let Some((_, weight)) = rows.fill(q, &mut cube, &mut row) {
             set_row(&mut columns, count, &row);

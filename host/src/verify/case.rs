@@ -10,6 +10,7 @@ use crate::synth::scanner::{self, Kind, Settings as Scanner};
 use crate::synth::{Head, scan};
 use crate::train::{Settings, train};
 use crate::volume::{Lattice, sample};
+use lacuna::format::PER_VOXEL;
 use lacuna::pose_fit::Round;
 use lacuna::{Model, Pose, Reach};
 use rayon::prelude::*;
@@ -132,7 +133,7 @@ impl Case {
 
     /// The reference's hull of the scan.
     pub(super) fn reference_hull(&self, grid: Grid, reach: Reach) -> Hull {
-        let voxels = |units: u16| f64::from(units) / 256.0;
+        let voxels = |units: u16| f64::from(units) / f64::from(PER_VOXEL);
         let reach = reference::Reach {
             front: voxels(reach.front),
             behind: voxels(reach.behind),

@@ -95,7 +95,7 @@ fn complete<M: Machine>(machine: &mut M, scale: &Scale) -> Result<(), Refused> {
     let outcome = job.outcome()?;
     #[cfg(feature = "defmt")]
     defmt::info!("{}", outcome);
-    let mut digest = lacuna::format::Digest::new();
+    let mut digest = lacuna::digest::Digest::new();
     if let Some(fit) = job.local() {
         for brick in model.bricks() {
             for distance in fit.ordered_distances(&brick, &mut [0; MAX_BRICK_VOXELS]) {

@@ -2,7 +2,7 @@
 
 use super::meshes::check;
 use super::source::Source;
-use lacuna::format::Digest;
+use lacuna::digest::Digest;
 use lacuna_host::io::read_scan;
 use std::cell::LazyCell;
 use std::path::Path;

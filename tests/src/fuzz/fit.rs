@@ -5,7 +5,7 @@ use super::source::Source;
 use super::tiny::tiny;
 use lacuna::cloud::{Packed, from_bytes};
 use lacuna::completion::{Outcome, Settings};
-use lacuna::format::Digest;
+use lacuna::digest::Digest;
 use lacuna::pose_fit::{PATCH, ROUNDS, Round};
 use lacuna::{Arithmetic, Cloud, Completion, Error, Fixed, Float, Model, Pass, Pose, Reach, Schedule, Sizes};
 use lacuna_host::fit::Buffers;

@@ -6,12 +6,13 @@ use lacuna::corner_rows::Row;
 use lacuna::corners::Weights;
 use lacuna::cube::Cube;
 use lacuna::fitted::Fitted;
-use lacuna::gradient::{CellGradient, GROUP, MARGIN, Taken, trilinear};
+use lacuna::gradient::{CellGradient, GROUP, MARGIN, Taken};
 use lacuna::grid::position;
 use lacuna::hull::{Hull, Target};
 use lacuna::nodes::{NodeMap, map_len};
 use lacuna::pose_fit::{Hint, ROUNDS};
-use lacuna::pose_row::{MOST, Rows};
+use lacuna::pose_row::{MOST_ENTRIES, Rows};
+use lacuna::trilinear::trilinear;
 use lacuna::{Fixed, Float, GlobalFit, HullBuilder, LocalFit, Model, Reach, Sizes, global_fit::normal_len};
 use lacuna_host::fit::Buffers;
 use lacuna_tests::fuzz::fit::completed;
@@ -128,7 +129,7 @@ proptest! {
         let points = in_voxels(&head_points(1000), &voxel_pose(&model));
         for i in 0..points.len() {
             let (point, _) = points[i * step % points.len()];
-            let [mut row, mut fresh] = [[0; MOST]; 2];
+            let [mut row, mut fresh] = [[0; MOST_ENTRIES]; 2];
             let found = rows.fill(point, &mut used, &mut row);
             prop_assert_eq!(found, rows.fill(point, &mut rows.cube(), &mut fresh));
             if found.is_some() {

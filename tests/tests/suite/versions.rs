@@ -1,7 +1,8 @@
 //! Models of all versions keep being read, to the same numbers; whatever is damaged or lies is refused.
 
+use lacuna::digest::Digest;
 use lacuna::error::Part;
-use lacuna::format::{CHECKSUM_AT, Calibration, Digest, Header, PREFIX, VERSION, checksum};
+use lacuna::format::{CHECKSUM_AT, Calibration, Header, PREFIX, VERSION, checksum};
 use lacuna::{Error, Fixed, Model};
 use lacuna_fixtures::VERSIONS;
 use lacuna_host::train::model_file::calibrated;
