@@ -2,7 +2,7 @@
 
 use crate::arithmetic::Arithmetic;
 use crate::box_filter::dense_len;
-use crate::columns::PATCH;
+use crate::columns::Column;
 use crate::completion::Memory;
 use crate::error::{Buffer, Error};
 use crate::global_fit::normal_len;
@@ -43,7 +43,7 @@ pub struct Sizes {
     pub gradient: usize,
     /// Dense node field, and the lines of the box filter.
     pub dense: usize,
-    /// Reciprocal curvatures.
+    /// Reciprocal curvatures, one an active node.
     pub reciprocals: usize,
     /// Node map, u32.
     pub nodes: usize,
@@ -57,7 +57,7 @@ pub struct Sizes {
     pub global: usize,
     /// Sums of the pose fit, f64, and again f32.
     pub pose_sums: usize,
-    /// Columns of the pose fit, [`PATCH`] of i16.
+    /// Columns of the pose fit, each a [`Column`].
     pub pose_columns: usize,
 }
 
@@ -156,13 +156,17 @@ impl Sizes {
             (4, self.block),
             (8, self.normal),
             (8, self.global),
-            // The pose fit's, in double and in single precision.
-            (8 + 4, self.pose_sums),
-            (4, self.global),
-            (2 * PATCH, self.pose_columns),
         ];
         let bytes = buffers.map(|(size, elements)| elements.saturating_mul(size));
-        bytes.into_iter().fold(0, usize::saturating_add)
+        bytes.into_iter().fold(self.pose_bytes(), usize::saturating_add)
+    }
+
+    /// Bytes of the pose fit's buffers among them.
+    pub const fn pose_bytes(&self) -> usize {
+        // Sums in double and in single precision, columns, and a weight a mode.
+        let sums = self.pose_sums.saturating_mul(size_of::<f64>() + size_of::<f32>());
+        let columns = self.pose_columns.saturating_mul(size_of::<Column>());
+        sums.saturating_add(columns).saturating_add(self.global.saturating_mul(size_of::<f32>()))
     }
 }
 

@@ -9,9 +9,7 @@ use crate::sentence::sentence;
 use crate::train::jitter::Apart;
 use crate::unit::{digits, four_digits};
 use crate::{io, modes, unit};
-use lacuna::columns::Column;
 use lacuna::format::{Calibration, Header, MAX_MODES, Symmetry};
-use lacuna::pose_fit::{columns_len, sums_len};
 use lacuna::{Fixed, Model, Schedule, Sizes};
 use std::path::PathBuf;
 
@@ -147,7 +145,7 @@ fn report<'a>(model: &'a Model<'_>, bytes: usize) -> Result<Report<'a>, Failure>
         voxels: h.voxels,
         stride: h.stride,
         node_distance: f32::from(h.stride) * h.spacing,
-        active_nodes: sizes.weights / modes.max(1),
+        active_nodes: sizes.reciprocals,
         symmetry: model.symmetry().map(|plane| in_frame(plane, h)),
         jitter: model.jitter().map(|jitter| Scatter::from(Apart::of(jitter, h.spacing))),
         hull_front: h.scales.front * h.spacing,
@@ -155,7 +153,7 @@ fn report<'a>(model: &'a Model<'_>, bytes: usize) -> Result<Report<'a>, Failure>
         deviations: (0..modes).map(|k| model.deviation(k) * h.spacing).collect(),
         fit_bytes: sizes.bytes::<Fixed>(),
         fit_bytes_with_momentum: required(Schedule::with_momentum(model))?.bytes::<Fixed>(),
-        pose_bytes: sums_len(modes) * 12 + columns_len(modes) * size_of::<Column>() + modes * 4,
+        pose_bytes: sizes.pose_bytes(),
         calibration: model.calibration(),
         factors: factors(model),
     })

@@ -13,6 +13,7 @@ pub mod fitted;
 pub mod level;
 pub mod measured;
 pub mod merge;
+mod neighbourhoods;
 pub mod noise;
 pub mod picture;
 pub mod pieces;

@@ -8,11 +8,12 @@
 //!
 //! Points far closer together than the model's voxels are merged: without noise before this, else after it.
 
+use super::neighbourhoods::{Move, Neighbourhoods};
 use super::unfold::unfold;
-use crate::cubes::{self, Cube, cube};
-use crate::mesh::{Mesh, Point, Vector};
+use crate::cubes::cube;
+use crate::mesh::{Mesh, Vector};
 use crate::quantile::median;
-use crate::surface::{Moments, Quadric, clustered};
+use crate::surface::clustered;
 use lacuna::Model;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -21,18 +22,6 @@ use serde::Serialize;
 /// Widest neighbourhood, voxels: its radius. (1 and 1.5 on faces: noise of 1.5 mm leaves 0.29 and 0.25 mm in meshes, 0.41
 /// and 0.31 mm in clouds, that of 0.15 mm 0.080 mm both.)
 const WIDEST: f64 = 1.5;
-/// Points in the narrowest neighbourhood, about; a quadric has six terms.
-const POINTS: f64 = 14.0;
-/// Fewest points for a quadric.
-const FEWEST: f64 = 10.0;
-/// Each neighbourhood has this many times the points of the one before.
-const GROWTH: f64 = 1.6;
-/// Neighbourhoods of a point, up to 376 points. They come within [`WIDEST`] earlier where points are far apart.
-const WIDTHS: usize = 8;
-/// Half of a confidence interval, standard deviations.
-const CONFIDENCE: f64 = 2.0;
-/// Narrowest radius in deviations of the noise: a ball that is less wide than the noise is high has half of it outside.
-const NARROWEST: f64 = 2.0;
 /// Points of which the noise is estimated, at most.
 const SAMPLES: usize = 4000;
 /// Points are merged in cubes of this part of [`WIDEST`], an eighth of a voxel, where that leaves less than half of them: the
@@ -40,10 +29,6 @@ const SAMPLES: usize = 4000;
 const FINEST: f64 = 12.0;
 /// Noise that is less than this part of such a cube folds nothing in it.
 const SMOOTH: f64 = 0.125;
-/// Share of these that must have a quadric.
-const DENSE: f64 = 0.5;
-/// Points of a cube that are looked at, at most, so that a heap of points takes no longer than a surface.
-const CROWD: usize = 512;
 
 /// How noisy a scan is: one standard deviation of its points from the surface around them, in its unit. What varies more
 /// slowly than the neighbourhoods is not in it.
@@ -69,9 +54,7 @@ pub fn reduce(scan: &mut Mesh, widest: f64) -> Option<Noise> {
     let places = Places::of(scan);
     let (mut facing, used) = (places.facing, places.used);
     let samples: Vec<usize> = used.iter().step_by(used.len().div_ceil(SAMPLES).max(1)).copied().collect();
-    let cells = |edge: f64| Cells::new((&scan.points, &facing), &used, edge);
-    let radii = radii(&cells(widest), (scan, &facing), &samples, widest)?;
-    let mut around = Around { scan, normals: &facing, cells: cells(radii[WIDTHS - 1]), radii, first: 0 };
+    let mut around = Neighbourhoods::new((scan, &facing), &used, &samples, widest)?;
     let before = around.noise(&samples)?;
     let finest = widest / FINEST;
     // What noise folds is merged when that is gone.
@@ -82,10 +65,10 @@ pub fn reduce(scan: &mut Mesh, widest: f64) -> Option<Noise> {
         *scan = fewer;
         return Some(Noise { before, after: after.min(before) });
     }
-    let move_of = |&i: &usize| Some((i, around.quadrics(i).chosen(before)?));
+    let move_of = |&i: &usize| Some((i, around.moved(i, before)?));
     // Neighbours after each other: their surroundings are in the processor's cache.
     let mut order = used.clone();
-    order.sort_by_cached_key(|&i| cube(&scan.points[i], around.cells.edge));
+    order.sort_by_cached_key(|&i| cube(&scan.points[i], around.edge()));
     let moves: Vec<(usize, Move)> = order.par_iter().filter_map(move_of).collect();
     let after = median(moves.iter().map(|(_, of)| of.deviation).collect())?;
     for (i, of) in moves {
@@ -145,175 +128,10 @@ impl Places {
     }
 }
 
-/// The radii of the neighbourhoods, none above `widest`; `None` where the narrowest would be.
-fn radii(
-    cells: &Cells,
-    (scan, facing): (&Mesh, &[Vector]),
-    samples: &[usize],
-    widest: f64,
-) -> Option<[f64; WIDTHS]> {
-    let count = |&i: &usize| {
-        let mut count = 0.0;
-        cells.near(&scan.points[i], widest, |near, _, of| {
-            count += if near.normal.dot(&facing[i]) > 0.0 { of } else { 0.0 };
-        });
-        count
-    };
-    let typical = median(samples.par_iter().map(count).collect())?;
-    // On a surface their number grows with the square of the radius.
-    let narrow = widest * (POINTS / typical).sqrt();
-    let radius = |k: usize| (narrow * libm::pow(GROWTH, k as f64 / 2.0)).min(widest);
-    (narrow < widest).then(|| std::array::from_fn(radius))
-}
-
-/// A point with its normal: what lies in a cube lies together in memory.
-struct Member {
-    point: Point,
-    normal: Vector,
-}
-
-/// The points of a scan by cubes.
-struct Cells {
-    edge: f64,
-    cubes: FxHashMap<Cube, Vec<Member>>,
-}
-
-impl Cells {
-    fn new((points, normals): (&[Point], &[Vector]), used: &[usize], edge: f64) -> Self {
-        let mut cubes: FxHashMap<Cube, Vec<Member>> = FxHashMap::default();
-        for &i in used {
-            let member = Member { point: points[i], normal: normals[i] };
-            cubes.entry(cube(&points[i], edge)).or_default().push(member);
-        }
-        Self { edge, cubes }
-    }
-
-    /// Calls `found` with points within `radius`, at most the cubes' edge, their squared distance, and how many each
-    /// stands for in a crowd.
-    fn near<'a>(&'a self, p: &Point, radius: f64, mut found: impl FnMut(&'a Member, f64, f64)) {
-        for members in cubes::around(cube(p, self.edge)).filter_map(|cube| self.cubes.get(&cube)) {
-            let of = members.len().div_ceil(CROWD);
-            for member in members.iter().step_by(of) {
-                let squared = (member.point - p).norm_squared();
-                if squared <= radius * radius {
-                    found(member, squared, of as f64);
-                }
-            }
-        }
-    }
-}
-
-/// What is around the points of a scan.
-struct Around<'a> {
-    scan: &'a Mesh,
-    normals: &'a [Vector],
-    cells: Cells,
-    radii: [f64; WIDTHS],
-    /// The narrowest neighbourhood that is used.
-    first: usize,
-}
-
-impl Around<'_> {
-    /// The noise, by the narrowest neighbourhood that is wide enough for it, which becomes the first; `None` where too few
-    /// points have one.
-    fn noise(&mut self, samples: &[usize]) -> Option<f64> {
-        loop {
-            let variance = |&i: &usize| Some(self.quadrics(i).at[self.first]?.variance);
-            let found: Vec<f64> = samples.par_iter().filter_map(variance).collect();
-            let dense = found.len() as f64 >= DENSE * samples.len() as f64;
-            let noise = median(found).filter(|_| dense).map(f64::sqrt);
-            let radius = self.radii[self.first];
-            if radius >= self.radii[WIDTHS - 1] || noise.is_some_and(|noise| radius >= NARROWEST * noise) {
-                return noise;
-            }
-            self.first += 1;
-        }
-    }
-
-    /// The quadrics around a point.
-    fn quadrics(&self, i: usize) -> Quadrics {
-        let here = &self.scan.points[i];
-        let mut near: Vec<(f64, &Member)> = Vec::new();
-        let widest = self.radii[WIDTHS - 1];
-        self.cells.near(here, widest, |member, squared, _| near.push((squared, member)));
-        let normal = self.facing(i, &near);
-        let across = Vector::ith(normal.iamin(), 1.0).cross(&normal).normalize();
-        let axes = [across, normal.cross(&across), normal];
-        // Each point in the narrowest neighbourhood that it is in; a wider one has those of the narrower ones.
-        let mut rings = [Moments::default(); WIDTHS];
-        let same = near.iter().filter(|(_, near)| near.normal.dot(&normal) > 0.0);
-        for (_, near) in same {
-            let offset = near.point - here;
-            let [u, v, h] = axes.map(|axis| offset.dot(&axis));
-            let within = |radius: &f64| u * u + v * v <= radius * radius;
-            if let Some(ring) = self.radii.iter().position(within) {
-                rings[ring].add(u, v, h);
-            }
-        }
-        let mut sum = Moments::default();
-        let at = std::array::from_fn(|k| {
-            sum += rings[k];
-            let wider = k == 0 || self.radii[k] > self.radii[k - 1];
-            (k >= self.first && wider).then(|| sum.fit(FEWEST)).flatten()
-        });
-        Quadrics { axes, at }
-    }
-
-    /// The way that the surface around a point faces: noise tilts what lies next to it.
-    fn facing(&self, i: usize, near: &[(f64, &Member)]) -> Vector {
-        let wide = (self.first + WIDTHS / 2).min(WIDTHS - 1);
-        [self.first, wide].iter().fold(self.normals[i], |facing, &k| {
-            let reach = self.radii[k] * self.radii[k];
-            let within = near.iter().filter(|(squared, _)| *squared <= reach).map(|(_, near)| near.normal);
-            let sum: Vector = within.filter(|normal| normal.dot(&facing) > 0.0).sum();
-            sum.try_normalize(0.0).unwrap_or(facing)
-        })
-    }
-}
-
-/// The quadrics around a point, from narrow to wide.
-struct Quadrics {
-    /// Across and along the surface, and the way that it faces.
-    axes: [Vector; 3],
-    at: [Option<Quadric>; WIDTHS],
-}
-
-/// What becomes of a point.
-struct Move {
-    motion: Vector,
-    /// Unit normal of the surface there.
-    normal: Vector,
-    /// One standard deviation of the noise that is left.
-    deviation: f64,
-}
-
-impl Quadrics {
-    /// Onto the widest that agrees with all narrower ones and with the point.
-    fn chosen(&self, noise: f64) -> Option<Move> {
-        let half = |share: f64| CONFIDENCE * noise * share.sqrt();
-        let (mut low, mut high) = (-half(1.0), half(1.0));
-        let mut chosen = None;
-        for quadric in self.at.iter().flatten() {
-            low = low.max(quadric.height - half(quadric.share));
-            high = high.min(quadric.height + half(quadric.share));
-            if low > high {
-                break;
-            }
-            chosen = Some(quadric);
-        }
-        let Quadric { height, slope, share, .. } = chosen?;
-        let [across, along, normal] = self.axes;
-        Some(Move {
-            motion: normal * *height,
-            normal: (normal - across * slope[0] - along * slope[1]).normalize(),
-            deviation: noise * share.sqrt(),
-        })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::Point;
     use crate::surface::shapes::sheet;
     use rand::{RngExt, SeedableRng};
 

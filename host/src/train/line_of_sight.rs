@@ -144,7 +144,8 @@ fn visible(mesh: &Mesh, points: OrientedPoints, ahead: f64) -> OrientedPoints {
     let directions = directions();
     let front = |(point, normal): (&Point, &Vector)| {
         let origin = point + normal * ahead;
-        directions.iter().map(|direction| crossings(mesh, &bvh, origin, direction)).sum::<f64>() / 12.0
+        directions.iter().map(|direction| crossings(mesh, &bvh, origin, direction)).sum::<f64>()
+            / directions.len() as f64
     };
     let levels: Vec<f64> = points.points.par_iter().zip(&points.normals).map(front).collect();
     let mut sorted = levels.clone();

@@ -1,0 +1,215 @@
+//! The neighbourhoods of a scan's points, from narrow to wide, and the quadric that is fitted to each of them.
+
+use crate::cubes::{self, Cube, cube};
+use crate::mesh::{Mesh, Point, Vector};
+use crate::quantile::median;
+use crate::surface::{Moments, Quadric};
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+/// Points in the narrowest neighbourhood, about; a quadric has six terms.
+const POINTS: f64 = 14.0;
+/// Fewest points for a quadric.
+const FEWEST: f64 = 10.0;
+/// Each neighbourhood has this many times the points of the one before.
+const GROWTH: f64 = 1.6;
+/// Neighbourhoods of a point, up to 376 points. They come up to the widest earlier where points are far apart.
+const WIDTHS: usize = 8;
+/// Half of a confidence interval, standard deviations.
+const CONFIDENCE: f64 = 2.0;
+/// Narrowest radius in deviations of the noise: a ball that is less wide than the noise is high has half of it outside.
+const NARROWEST: f64 = 2.0;
+/// Share of the samples that must have a quadric.
+const DENSE: f64 = 0.5;
+/// Points of a cube that are looked at, at most, so that a heap of points takes no longer than a surface.
+const CROWD: usize = 512;
+
+/// What is around the points of a scan.
+pub struct Neighbourhoods<'a> {
+    scan: &'a Mesh,
+    normals: &'a [Vector],
+    cells: Cells,
+    radii: [f64; WIDTHS],
+    /// The narrowest neighbourhood that is used.
+    first: usize,
+}
+
+impl<'a> Neighbourhoods<'a> {
+    /// Of the `used` points of a scan, none above `widest`; the narrowest is one of about so many points at the `samples`.
+    /// `None` where it would be above that.
+    pub fn new(
+        (scan, normals): (&'a Mesh, &'a [Vector]),
+        used: &[usize],
+        samples: &[usize],
+        widest: f64,
+    ) -> Option<Self> {
+        let cells = |edge: f64| Cells::new((&scan.points, normals), used, edge);
+        let radii = radii(&cells(widest), (scan, normals), samples, widest)?;
+        Some(Self { scan, normals, cells: cells(radii[WIDTHS - 1]), radii, first: 0 })
+    }
+
+    /// Edge of the cubes that neighbours are looked for in.
+    pub const fn edge(&self) -> f64 {
+        self.cells.edge
+    }
+
+    /// What becomes of a point where the scan has so much noise; `None` where it has no neighbourhood.
+    pub fn moved(&self, i: usize, noise: f64) -> Option<Move> {
+        self.quadrics(i).chosen(noise)
+    }
+
+    /// The noise, by the narrowest neighbourhood that is wide enough for it, which becomes the first; `None` where too few
+    /// of the `samples` have one.
+    pub fn noise(&mut self, samples: &[usize]) -> Option<f64> {
+        loop {
+            let variance = |&i: &usize| Some(self.quadrics(i).at[self.first]?.variance);
+            let found: Vec<f64> = samples.par_iter().filter_map(variance).collect();
+            let dense = found.len() as f64 >= DENSE * samples.len() as f64;
+            let noise = median(found).filter(|_| dense).map(f64::sqrt);
+            let radius = self.radii[self.first];
+            if radius >= self.radii[WIDTHS - 1] || noise.is_some_and(|noise| radius >= NARROWEST * noise) {
+                return noise;
+            }
+            self.first += 1;
+        }
+    }
+
+    /// The quadrics around a point.
+    fn quadrics(&self, i: usize) -> Quadrics {
+        let here = &self.scan.points[i];
+        let mut near: Vec<(f64, &Member)> = Vec::new();
+        let widest = self.radii[WIDTHS - 1];
+        self.cells.near(here, widest, |member, squared, _| near.push((squared, member)));
+        let normal = self.facing(i, &near);
+        let across = Vector::ith(normal.iamin(), 1.0).cross(&normal).normalize();
+        let axes = [across, normal.cross(&across), normal];
+        // Each point in the narrowest neighbourhood that it is in; a wider one has those of the narrower ones.
+        let mut rings = [Moments::default(); WIDTHS];
+        let same = near.iter().filter(|(_, near)| near.normal.dot(&normal) > 0.0);
+        for (_, near) in same {
+            let offset = near.point - here;
+            let [u, v, h] = axes.map(|axis| offset.dot(&axis));
+            let within = |radius: &f64| u * u + v * v <= radius * radius;
+            if let Some(ring) = self.radii.iter().position(within) {
+                rings[ring].add(u, v, h);
+            }
+        }
+        let mut sum = Moments::default();
+        let at = std::array::from_fn(|k| {
+            sum += rings[k];
+            let wider = k == 0 || self.radii[k] > self.radii[k - 1];
+            (k >= self.first && wider).then(|| sum.fit(FEWEST)).flatten()
+        });
+        Quadrics { axes, at }
+    }
+
+    /// The way that the surface around a point faces: noise tilts what lies next to it.
+    fn facing(&self, i: usize, near: &[(f64, &Member)]) -> Vector {
+        let wide = (self.first + WIDTHS / 2).min(WIDTHS - 1);
+        [self.first, wide].iter().fold(self.normals[i], |facing, &k| {
+            let reach = self.radii[k] * self.radii[k];
+            let within = near.iter().filter(|(squared, _)| *squared <= reach).map(|(_, near)| near.normal);
+            let sum: Vector = within.filter(|normal| normal.dot(&facing) > 0.0).sum();
+            sum.try_normalize(0.0).unwrap_or(facing)
+        })
+    }
+}
+
+/// The radii of the neighbourhoods, none above `widest`; `None` where the narrowest would be.
+fn radii(
+    cells: &Cells,
+    (scan, facing): (&Mesh, &[Vector]),
+    samples: &[usize],
+    widest: f64,
+) -> Option<[f64; WIDTHS]> {
+    let count = |&i: &usize| {
+        let mut count = 0.0;
+        cells.near(&scan.points[i], widest, |near, _, of| {
+            count += if near.normal.dot(&facing[i]) > 0.0 { of } else { 0.0 };
+        });
+        count
+    };
+    let typical = median(samples.par_iter().map(count).collect())?;
+    // On a surface their number grows with the square of the radius.
+    let narrow = widest * (POINTS / typical).sqrt();
+    let radius = |k: usize| (narrow * libm::pow(GROWTH, k as f64 / 2.0)).min(widest);
+    (narrow < widest).then(|| std::array::from_fn(radius))
+}
+
+/// A point with its normal: what lies in a cube lies together in memory.
+struct Member {
+    point: Point,
+    normal: Vector,
+}
+
+/// The points of a scan by cubes.
+struct Cells {
+    edge: f64,
+    cubes: FxHashMap<Cube, Vec<Member>>,
+}
+
+impl Cells {
+    fn new((points, normals): (&[Point], &[Vector]), used: &[usize], edge: f64) -> Self {
+        let mut cubes: FxHashMap<Cube, Vec<Member>> = FxHashMap::default();
+        for &i in used {
+            let member = Member { point: points[i], normal: normals[i] };
+            cubes.entry(cube(&points[i], edge)).or_default().push(member);
+        }
+        Self { edge, cubes }
+    }
+
+    /// Calls `found` with points within `radius`, at most the cubes' edge, their squared distance, and how many each
+    /// stands for in a crowd.
+    fn near<'a>(&'a self, p: &Point, radius: f64, mut found: impl FnMut(&'a Member, f64, f64)) {
+        for members in cubes::around(cube(p, self.edge)).filter_map(|cube| self.cubes.get(&cube)) {
+            let of = members.len().div_ceil(CROWD);
+            for member in members.iter().step_by(of) {
+                let squared = (member.point - p).norm_squared();
+                if squared <= radius * radius {
+                    found(member, squared, of as f64);
+                }
+            }
+        }
+    }
+}
+
+/// The quadrics around a point, from narrow to wide.
+struct Quadrics {
+    /// Across and along the surface, and the way that it faces.
+    axes: [Vector; 3],
+    at: [Option<Quadric>; WIDTHS],
+}
+
+/// What becomes of a point.
+pub struct Move {
+    /// From where it was measured.
+    pub motion: Vector,
+    /// Unit normal of the surface there.
+    pub normal: Vector,
+    /// One standard deviation of the noise that is left.
+    pub deviation: f64,
+}
+
+impl Quadrics {
+    /// Onto the widest that agrees with all narrower ones and with the point.
+    fn chosen(&self, noise: f64) -> Option<Move> {
+        let half = |share: f64| CONFIDENCE * noise * share.sqrt();
+        let (mut low, mut high) = (-half(1.0), half(1.0));
+        let mut chosen = None;
+        for quadric in self.at.iter().flatten() {
+            low = low.max(quadric.height - half(quadric.share));
+            high = high.min(quadric.height + half(quadric.share));
+            if low > high {
+                break;
+            }
+            chosen = Some(quadric);
+        }
+        let Quadric { height, slope, share, .. } = chosen?;
+        let [across, along, normal] = self.axes;
+        Some(Move {
+            motion: normal * *height,
+            normal: (normal - across * slope[0] - along * slope[1]).normalize(),
+            deviation: noise * share.sqrt(),
+        })
+    }
+}
