@@ -16,7 +16,8 @@ pub fn along_curve(points: &mut [Packed]) {
     sort_along_curve(points, &|&[x, y, z, ..]: &Packed| [x, y, z].map(|c| c.cast_unsigned() ^ 0x8000));
 }
 
-/// Brings items into the order of the curve by their places. At most 30 looks at each; the recursion is as deep.
+/// Brings items into the order of the curve by their places. Each is looked at 30 times at most, and calls nest 30 deep at
+/// most: a bit of the code for each.
 pub fn sort_along_curve<T>(items: &mut [T], place: &impl Fn(&T) -> [u16; 3]) {
     sort(items, place, 0);
 }

@@ -122,8 +122,6 @@ pub struct HullBuilder<'m, 'b, K: Lent<u16>> {
     /// How close the point is that claimed each voxel: the smaller key claims. Of a measured point its squared distance,
     /// 1/512 voxel², one more; of a mirror image [`MIRRORED_KEY`] and 1/256 voxel²; 0 stands for "not reached".
     keys: &'b mut [K],
-    /// Whether the point under way is a mirror image.
-    mirrored: bool,
 }
 
 /// A finished hull.
@@ -153,21 +151,23 @@ impl<'m, 'b, K: Lent<u16>> HullBuilder<'m, 'b, K> {
         let keys = first_voxels(model, keys, Buffer::Keys)?;
         targets.fill(0);
         keys.fill(K::default());
-        Ok(Self { model, reach, targets, keys, mirrored: false })
+        Ok(Self { model, reach, targets, keys })
     }
 
     /// Adds the mirror image of a point and its outward unit normal, both in voxels: it claims, with less weight, what
     /// no point claims that was measured there, whichever is added first.
     pub fn add_mirrored(&mut self, point: [f32; 3], normal: [f32; 3]) {
-        self.mirrored = true;
-        self.add(point, normal);
-        self.mirrored = false;
+        self.add_point(point, normal, true);
     }
 
     /// Adds a point and its outward unit normal, both in voxels. Points more than 8 voxels outside the grid and normals
     /// whose length is off by more than one per cent are left out.
-    #[inline(never)]
     pub fn add(&mut self, point: [f32; 3], normal: [f32; 3]) {
+        self.add_point(point, normal, false);
+    }
+
+    #[inline(never)]
+    fn add_point(&mut self, point: [f32; 3], normal: [f32; 3], mirrored: bool) {
         let squared_length = normal.iter().map(|n| n * n).sum::<f32>();
         let inside = point
             .iter()
@@ -179,7 +179,7 @@ impl<'m, 'b, K: Lent<u16>> HullBuilder<'m, 'b, K> {
         let point = point.map(|p| libm::floorf(p * PER_VOXEL + 0.5) as i32);
         let normal = normal.map(|n| libm::floorf(n * (1 << NORMAL_BITS) as f32 + 0.5) as i32);
         let [xs, ys, zs] = self.ranges(point, normal);
-        let sight = Sight { point, normal, farthest: self.farthest(normal) };
+        let sight = Sight { point, normal, farthest: self.farthest(normal), mirrored };
         let (model, edge) = (self.model, u16::from(self.model.grid().brick()).max(1));
         for z in parts(zs, edge) {
             for y in parts(ys, edge) {
@@ -234,7 +234,8 @@ impl<'m, 'b, K: Lent<u16>> HullBuilder<'m, 'b, K> {
                 }
                 let Some((index, stored)) = rows.starting_at([xs.0, y, z]) else { continue };
                 let along = oy * ny + oz * nz + first * nx;
-                self.add_row((first, along, nx), oy * oy + oz * oz, (index, stored), xs.1 - xs.0);
+                let length = xs.1 - xs.0;
+                self.add_row(sight.mirrored, (first, along, nx), oy * oy + oz * oz, (index, stored), length);
             }
         }
     }
@@ -244,6 +245,7 @@ impl<'m, 'b, K: Lent<u16>> HullBuilder<'m, 'b, K> {
     #[inline(always)]
     fn add_row(
         &mut self,
+        mirrored: bool,
         (mut x, mut along, growth): (i32, i32, i32),
         across: i32,
         (mut index, stored): (usize, u8),
@@ -256,7 +258,7 @@ impl<'m, 'b, K: Lent<u16>> HullBuilder<'m, 'b, K> {
             let squared = across + x * x;
             if stored & 1 != 0 {
                 if distance.abs() <= front && squared - distance * distance <= lateral * lateral {
-                    self.claim(index, distance, squared);
+                    self.claim(mirrored, index, distance, squared);
                 }
                 index += 1;
             }
@@ -267,8 +269,8 @@ impl<'m, 'b, K: Lent<u16>> HullBuilder<'m, 'b, K> {
     }
 
     #[inline(always)]
-    fn claim(&mut self, index: usize, distance: i32, squared: i32) {
-        let new_key = self.key(squared);
+    fn claim(&mut self, mirrored: bool, index: usize, distance: i32, squared: i32) {
+        let new_key = key(squared, mirrored);
         let (Some(target), Some(key)) = (self.targets.get_mut(index), self.keys.get_mut(index)) else {
             return;
         };
@@ -283,20 +285,10 @@ impl<'m, 'b, K: Lent<u16>> HullBuilder<'m, 'b, K> {
         }
         // Behind the surface a voxel is claimed as far as in front, so that a sheet farther off cannot claim it,
         // but only the first ones have a weight: a line of sight ends at the surface.
-        let full = if self.mirrored { mirror::WEIGHT } else { FULL_WEIGHT };
+        let full = if mirrored { mirror::WEIGHT } else { FULL_WEIGHT };
         let weight = if distance >= -i32::from(self.reach.behind) { full } else { UNWEIGHTED };
         *key = K::store(new_key);
         *target = Target::new(distance, weight).0;
-    }
-
-    /// Key of a point at a squared distance, 1/65536 voxel²; never 0.
-    #[inline(always)]
-    fn key(&self, squared: i32) -> u16 {
-        if self.mirrored {
-            MIRRORED_KEY + (squared >> 8).clamp(0, i32::from(u16::MAX - MIRRORED_KEY)) as u16
-        } else {
-            (squared >> KEY_SHIFT).clamp(0, i32::from(MIRRORED_KEY) - 2) as u16 + 1
-        }
     }
 
     /// The hull of all points added, and the keys' memory. Of mirror images nothing is left where they bring less
@@ -321,6 +313,18 @@ struct Sight {
     normal: [i32; 3],
     /// Farthest that a row in reach passes the normal, see [`HullBuilder::farthest`].
     farthest: i32,
+    /// Whether the point is a mirror image.
+    mirrored: bool,
+}
+
+/// Key of a point at a squared distance, 1/65536 voxel²; never 0.
+#[inline(always)]
+fn key(squared: i32, mirrored: bool) -> u16 {
+    if mirrored {
+        MIRRORED_KEY + (squared >> 8).clamp(0, i32::from(u16::MAX - MIRRORED_KEY)) as u16
+    } else {
+        (squared >> KEY_SHIFT).clamp(0, i32::from(MIRRORED_KEY) - 2) as u16 + 1
+    }
 }
 
 /// The parts of a range of voxels that lie in one brick each.
@@ -375,6 +379,7 @@ mod tests {
             }
         }
         assert_eq!(Target(0).weight(), 0);
+        assert_eq!([-1, 0, 1, 16, 17, i32::MAX].map(|w| Target::new(5, w).weight()), [0, 0, 0, 16, 16, 16]);
         assert_eq!(Target::new(9999, 16).distance(), 2047);
     }
 }

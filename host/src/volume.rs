@@ -1,4 +1,4 @@
-//! Signed distance volumes of the training shapes on one grid.
+//! Signed distances of surfaces on a lattice: of training shapes, of a scan, of a target.
 
 use crate::distance::{Distance, Surface};
 use crate::mesh::Point;

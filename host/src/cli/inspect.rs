@@ -170,6 +170,26 @@ fn in_frame(plane: &Symmetry, header: &Header<'_>) -> Plane {
 }
 
 fn tell(r: &Report<'_>) {
+    tell_file(r);
+    tell_grid(r);
+    tell_class(r);
+    let kib = |bytes: usize| bytes as f64 / 1024.0;
+    say(&format!(
+        "fit memory      {:.0} KiB ({:.0} with momentum), pose {:.1} KiB",
+        kib(r.fit_bytes),
+        kib(r.fit_bytes_with_momentum),
+        kib(r.pose_bytes)
+    ));
+    let deviations: Vec<String> = r.deviations.iter().map(|&d| digits(d.into(), 2)).collect();
+    say(&format!("deviations      {} {} rms", deviations.join(" "), r.unit));
+    say(&expected_error(r.calibration));
+    if let Some([low, high]) = r.factors {
+        say(&format!("                {low:.2} to {high:.2} times as large from place to place"));
+    }
+}
+
+/// What was trained, and the file it is in.
+fn tell_file(r: &Report<'_>) {
     say(&format!(
         "class           {}, {} shapes, {} modes ({:.1} % of the variance)",
         r.class,
@@ -184,6 +204,10 @@ fn tell(r: &Report<'_>) {
         r.format_version,
         r.checksum
     ));
+}
+
+/// Voxels, nodes and hull.
+fn tell_grid(r: &Report<'_>) {
     let [x, y, z] = r.sides;
     say(&format!(
         "grid            {x} x {y} x {z} voxels of {} {}, {} stored in {} bricks",
@@ -201,6 +225,10 @@ fn tell(r: &Report<'_>) {
     ));
     let [front, behind] = [r.hull_front, r.hull_behind].map(|depth| digits(depth.into(), 1));
     say(&format!("hull            {front} {} in front, {behind} behind", r.unit));
+}
+
+/// What the class has besides its shape.
+fn tell_class(r: &Report<'_>) {
     if let Some(Plane { normal: [x, y, z], offset, deviation }) = r.symmetry {
         let (offset, deviation) = (digits(offset.into(), 1), digits(deviation.into(), 2));
         say(&format!(
@@ -210,18 +238,5 @@ fn tell(r: &Report<'_>) {
     }
     if let Some(jitter) = r.jitter {
         say(&format!("poses           shapes were moved by {}", jitter.sentence(r.unit)));
-    }
-    let kib = |bytes: usize| bytes as f64 / 1024.0;
-    say(&format!(
-        "fit memory      {:.0} KiB ({:.0} with momentum), pose {:.1} KiB",
-        kib(r.fit_bytes),
-        kib(r.fit_bytes_with_momentum),
-        kib(r.pose_bytes)
-    ));
-    let deviations: Vec<String> = r.deviations.iter().map(|&d| digits(d.into(), 2)).collect();
-    say(&format!("deviations      {} {} rms", deviations.join(" "), r.unit));
-    say(&expected_error(r.calibration));
-    if let Some([low, high]) = r.factors {
-        say(&format!("                {low:.2} to {high:.2} times as large from place to place"));
     }
 }

@@ -339,3 +339,23 @@ pub fn enough(counts: &[usize], given: usize) -> Result<(), Error> {
 
 /// Standard deviations by which bands of some shapes may lie outside that of all.
 const MARGIN: f64 = 3.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synth::Head;
+
+    #[test]
+    fn meshes_whose_vertices_do_not_correspond_are_named() {
+        let [head, other] = [0, 1].map(|number| Head::sample(1, number).mesh());
+        let mut cut = head.clone();
+        cut.triangles.pop();
+        let targets =
+            [("same", &head), ("cut", &cut)].map(|(name, mesh)| Target::new(name, mesh.clone()).unwrap());
+        let evaluation = |shapes: [&Mesh; 3]| Evaluation::new(shapes.map(Mesh::clone).into(), vec![]);
+        assert_eq!(evaluation([&head, &head, &head]).without_correspondence(), None);
+        assert_eq!(evaluation([&head, &head, &other]).without_correspondence(), Some(2));
+        let evaluation = Evaluation::new(vec![head.clone(); 2], targets.into());
+        assert_eq!(evaluation.not_corresponding().collect::<Vec<_>>(), ["cut"]);
+    }
+}

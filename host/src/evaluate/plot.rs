@@ -78,25 +78,26 @@ fn draw<B: DrawingBackend>(
         .draw()?;
     for (place, (kind, name, colour)) in MODELS.into_iter().enumerate() {
         // Meshes that do not correspond have no correspondence model: no name without boxes.
-        if !values.keys().any(|&(_, drawn)| drawn == kind) {
+        let parts = boxplots(values, &counts, kind, (place as f64 - 1.0) * BOX.1);
+        if parts.is_empty() {
             continue;
         }
-        let shift = (place as f64 - 1.0) * BOX.1;
-        let mut elements = Vec::new();
-        for (at, &count) in counts.iter().enumerate() {
-            if let Some(list) = values.get(&(count, kind)) {
-                elements.extend(boxplot(at as f64 + shift, list));
-            }
-        }
-        let series = chart.draw_series(elements.iter().flat_map(|part| part.elements(colour)))?;
+        let series = chart.draw_series(parts.iter().flat_map(|part| part.elements(colour)))?;
         let key = move |(x, y)| Rectangle::new([(x, y - 5), (x + 14, y + 5)], colour.mix(0.6).filled());
         series.label(name).legend(key);
-        let dots = elements.iter().filter_map(|part| part.median());
+        let dots = parts.iter().filter_map(|part| part.median());
         chart.draw_series(dots.map(|at| Circle::new(at, 3, BLACK.filled())))?;
     }
     let mut labels = chart.configure_series_labels();
     let labels = labels.position(SeriesLabelPosition::UpperRight);
     labels.background_style(WHITE).border_style(BLACK.mix(0.2)).label_font(("sans-serif", 16)).draw()
+}
+
+/// The boxplots of a model at all numbers of shapes, `shift` beside these.
+fn boxplots(values: &Values, counts: &[usize], kind: Approximation, shift: f64) -> Vec<Part> {
+    let places = counts.iter().enumerate();
+    let list_at = |(at, &count): (usize, &usize)| Some((at as f64 + shift, values.get(&(count, kind))?));
+    places.filter_map(list_at).flat_map(|(at, list)| boxplot(at, list)).collect()
 }
 
 /// Parts of a boxplot.
@@ -158,6 +159,15 @@ mod tests {
             assert!(text.contains(word), "{word}\n{text}");
         }
         assert_eq!(text.matches("<circle").count(), 6);
+    }
+
+    #[test]
+    fn a_model_without_results_has_no_name_in_the_figure() {
+        let score = Score { rms: 1.0, p95: 1.0 };
+        let scores = Scores::from([(Approximation::Local, score)]);
+        let record = Record { count: 10, draw: 0, target: String::new(), digest: 0, scores };
+        let text = figure(&[record], "mm").unwrap();
+        assert!(text.contains("local volumetric model") && !text.contains("correspondence model"), "{text}");
     }
 
     #[test]

@@ -41,8 +41,8 @@ pub fn refined(
     candidates.par_iter().filter_map(from).collect()
 }
 
-/// The pose refined with `MANY` of the points that may belong to the class, or up to twice as many, and what it explains of
-/// all points.
+/// The pose refined with those points that may belong to the class, thinned to about `MANY` of them ([`every_nth`]), and what
+/// it explains of all points.
 pub fn settled(
     model: &Model<'_>,
     field: &Field,
@@ -55,8 +55,9 @@ pub fn settled(
     joint(model, points, (near.len(), chosen), pose, &ROUNDS)
 }
 
-/// Those of the points whose number n divides: about `least` of them, up to twice as many, if there are so many. Sets that
-/// nearly agree so give nearly the same points, and two poses that do are refined to one.
+/// The points whose number is a multiple of n, with n so that `least` to twice as many are left, or all where there are
+/// fewer. Numbers, and not places in the list, decide: two poses that have nearly the same points near them keep nearly the
+/// same ones, and are refined to one pose.
 pub fn every_nth(points: &[usize], least: usize) -> Vec<usize> {
     let stride = (points.len() / least).max(1);
     points.iter().copied().filter(|i| i % stride == 0).collect()

@@ -10,8 +10,23 @@ use nalgebra::{SMatrix, SVector, Similarity3, Translation3, UnitQuaternion, Vect
 
 /// Cosine between a point's normal and the surface's, at least.
 const FACING: f32 = 0.5;
-/// Points this deep within the body cannot have been seen, class millimetres.
+/// Points this deep within the body cannot have been seen, class millimetres,
 const DEEP: f32 = 12.0;
+/// and each takes away what half a point explains.
+const PENALTY: f32 = 0.5;
+/// Every so many points it is asked whether the pose can still reach what is wanted.
+const ASKED: usize = 32;
+/// The mean of n points, each of which explains 0 to 1, has a deviation of 0.5 / √n at most; three of these are granted.
+const HOPE: f64 = 1.5;
+/// Least sum of weights that a step is taken for; seven unknowns want as many points.
+const LEAST_SUPPORT: f32 = 8.0;
+/// Damping of a step, for each point: turn and growth count as at an arm of this share of the size.
+const DAMPING: f32 = 1e-3;
+const ARM: f32 = 0.1;
+/// Largest step: turn, radians; shift, class millimetres; growth, a logarithm.
+const MOST_TURN: f32 = 0.25;
+const MOST_SHIFT: f32 = 20.0;
+const MOST_GROWTH: f32 = 0.08;
 
 /// Oriented points in single precision.
 pub struct Probe {
@@ -73,8 +88,19 @@ impl Probe {
         pose * Point::from(self.mean)
     }
 
-    /// What a pose explains, a share of the points; given up where it cannot reach `least` any more.
-    pub fn explained(&self, field: &Field, pose: &Similarity3<f64>, gate: f64, least: f64) -> f64 {
+    /// What a pose explains, as a share of the points: below 0 where more of them contradict it.
+    pub fn explained(&self, field: &Field, pose: &Similarity3<f64>, gate: f64) -> f64 {
+        self.explained_at_least(field, pose, gate, f64::NEG_INFINITY).unwrap_or(0.0)
+    }
+
+    /// The same; `None` as soon as it is unlikely to reach `least`.
+    pub fn explained_at_least(
+        &self,
+        field: &Field,
+        pose: &Similarity3<f64>,
+        gate: f64,
+        least: f64,
+    ) -> Option<f64> {
         let motion = Motion::new(pose);
         let millimetre = field.millimetre as f32;
         let (gate, deep) = (gate as f32 * millimetre, -DEEP * millimetre);
@@ -83,20 +109,17 @@ impl Probe {
         for (done, (&p, &n)) in self.points.iter().zip(&self.normals).enumerate() {
             if let Some((d, along)) = field.at(motion.place(p)) {
                 if d < deep {
-                    sum -= 0.5;
+                    sum -= PENALTY;
                 } else if d.abs() < gate && dot(along, motion.direction(n)) > FACING {
                     sum += 1.0 - (d / gate) * (d / gate);
                 }
             }
-            if done % 32 == 31 {
-                // What the rest explains is likely no more than three deviations above what these did.
-                let seen = (done + 1) as f64;
-                if (f64::from(sum) + 1.5 * seen.sqrt()) / seen < least {
-                    return f64::MIN;
-                }
+            let seen = done + 1;
+            if seen % ASKED == 0 && (f64::from(sum) + HOPE * (seen as f64).sqrt()) / (seen as f64) < least {
+                return None;
             }
         }
-        f64::from(sum) / count.max(1) as f64
+        Some(f64::from(sum) / count.max(1) as f64)
     }
 
     /// One Gauss-Newton step towards the surface, with scale; the same pose where there is nothing to hold on to.
@@ -168,21 +191,21 @@ impl Sums {
 
     /// The pose after the step, of limited length; the same where there is nothing to hold on to.
     pub fn moved(mut self, field: &Field, pose: &Similarity3<f64>) -> Similarity3<f64> {
-        if self.total < 8.0 {
+        if self.total < LEAST_SUPPORT {
             return *pose;
         }
-        let arm = field.size as f32 * 0.1;
+        let arm = field.size as f32 * ARM;
         for i in 0..7 {
-            self.matrix[(i, i)] += self.total * if i < 3 || i == 6 { 1e-3 * arm * arm } else { 1e-3 };
+            self.matrix[(i, i)] += self.total * if i < 3 || i == 6 { DAMPING * arm * arm } else { DAMPING };
         }
         let Some(solved) = self.matrix.cholesky().map(|factor| factor.solve(&self.vector)) else {
             return *pose;
         };
         let limited =
             |v: Vector3<f32>, limit: f32| v.map(f64::from) * f64::from((limit / v.norm().max(1e-9)).min(1.0));
-        let turn = UnitQuaternion::from_scaled_axis(limited(solved.fixed_rows::<3>(0).into(), 0.25));
-        let shift = limited(solved.fixed_rows::<3>(3).into(), 20.0 * field.millimetre as f32);
-        let growth = libm::exp(f64::from(solved[6].clamp(-0.08, 0.08)));
+        let turn = UnitQuaternion::from_scaled_axis(limited(solved.fixed_rows::<3>(0).into(), MOST_TURN));
+        let shift = limited(solved.fixed_rows::<3>(3).into(), MOST_SHIFT * field.millimetre as f32);
+        let growth = libm::exp(f64::from(solved[6].clamp(-MOST_GROWTH, MOST_GROWTH)));
         let from_centre = turn * (pose.isometry.translation.vector - self.centre.coords) * growth;
         let translation = Translation3::from(self.centre.coords + shift + from_centre);
         Similarity3::from_parts(translation, turn * pose.isometry.rotation, pose.scaling() * growth)

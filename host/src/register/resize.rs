@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 /// Growths of the scan from which the pose is refined again.
 const GROWTHS: [f32; 4] = [0.8, 0.9, 1.1, 1.2];
-/// As often, while that helps.
+/// Most rounds of growths; it ends sooner when a round finds no better pose.
 const ROUNDS: usize = 4;
 
 /// The refined poses of a scene, best first, with those found from other sizes of the best one.

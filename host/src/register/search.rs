@@ -37,7 +37,7 @@ const TRIES: usize = 12;
 const MOST_DRAWS: usize = 16;
 /// Points for guesses, steps and comparison.
 const POINTS: [usize; 3] = [128, 256, 700];
-/// So many times as many for scenes, at most.
+/// A scene of many times the class's area gets as many times these points, up to this factor.
 const MOST_SCENES: f64 = 8.0;
 /// Gate of guesses, class millimetres.
 const GUESS: f64 = 10.0;
@@ -122,7 +122,7 @@ impl<'a> Search<'a> {
             let pose = gates.iter().fold(candidate.pose, step);
             let factor = pose.scaling() / self.unit_scale;
             let gate = gates.last().copied().unwrap_or(GUESS);
-            Candidate { pose, quality: probe.explained(self.field, &pose, gate, f64::MIN) * factor }
+            Candidate { pose, quality: probe.explained(self.field, &pose, gate) * factor }
         };
         from.par_iter().map(settled).collect()
     }
@@ -164,8 +164,8 @@ impl<'a> Search<'a> {
     /// Puts a guess among the best if it is one of them.
     fn judge(&self, pose: Similarity3<f64>, factor: f64, kept: usize, best: &mut Vec<Candidate>) {
         let least = if best.len() < kept { 0.0 } else { best[best.len() - 1].quality };
-        let quality = self.probes[0].explained(self.field, &pose, GUESS, least / factor) * factor;
-        if quality > least {
+        let explained = self.probes[0].explained_at_least(self.field, &pose, GUESS, least / factor);
+        if let Some(quality) = explained.map(|share| share * factor).filter(|&quality| quality > least) {
             insert(best, Candidate { pose, quality }, self.field.size, kept);
         }
     }

@@ -14,9 +14,9 @@ use nalgebra::Vector3;
 
 /// Points farther from the shape than this, or that face away from it, lie beside it; class millimetres.
 const BESIDE: f32 = 6.0;
-/// Misfit scale of the rest, class millimetres: of hair that lies closer still, little is heard.
+/// Misfit scale for the points that are left, class millimetres: small, so that hair nearer than `BESIDE` counts little.
 const MISFIT: f32 = 1.0;
-/// How often, while that helps.
+/// Most turns; it ends sooner when a turn finds no better pose.
 const TURNS: usize = 4;
 
 /// A rough pose settled, and then without what lies beside the shape where clutter may mislead it.

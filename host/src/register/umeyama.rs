@@ -4,7 +4,8 @@
 use crate::mesh::{Point, Vector};
 use nalgebra::{Matrix3, Rotation3, Similarity3, Translation3, UnitQuaternion};
 
-/// The similarity that takes the first points of the pairs to the second ones.
+/// The similarity that takes the first points of the pairs to the second ones. `None` for fewer than eight pairs, or where
+/// they lie in one place.
 pub fn similarity(pairs: &[(Point, Point)]) -> Option<Similarity3<f64>> {
     if pairs.len() < 8 {
         return None;

@@ -67,7 +67,7 @@ fn heading(completion: &Completion, scan: &str, unit: &str) -> String {
     let grade = format!("{:?}", verdict.grade).to_lowercase();
     format!(
         "<h1>{}</h1>\n<p class=\"lead\">Verdict: <span class=\"grade {grade}\">{grade}</span>. The seen part lies \
-         {} {unit} rms from the local fit; {:.0} % of the completed surface is inferred.</p>\n",
+         {} {unit} rms from the fitted surface; {:.0} % of the completed surface is inferred.</p>\n",
         escape(scan),
         digits(verdict.seen_rms, 2),
         100.0 * verdict.inferred_share
@@ -168,7 +168,7 @@ fn verdict(completion: &Completion, notes: &[String], unit: &str) -> String {
     let percent = |share: f64| format!("{:.1} %", 100.0 * share);
     reasons
         + &table::pairs(&[
-            ("on the fitted surface", format!("{} of the scan near the model", percent(v.inlier_share))),
+            ("fitted surface", format!("{} of the scan near the model lies on it", percent(v.inlier_share))),
             (
                 "left out",
                 format!(
@@ -188,7 +188,7 @@ fn verdict(completion: &Completion, notes: &[String], unit: &str) -> String {
                     },
                 ),
             ),
-            ("seen part", format!("{} {unit} rms from the local fit", digits(v.seen_rms, 3))),
+            ("seen part", format!("{} {unit} rms from the fitted surface", digits(v.seen_rms, 3))),
             (
                 "inferred part",
                 format!(
@@ -208,8 +208,8 @@ fn verdict(completion: &Completion, notes: &[String], unit: &str) -> String {
                     )
                 }),
             ),
-            ("global weights", format!("{:.2} standard deviations rms", v.weight_norm)),
-            ("size", format!("{:.3} of the class", v.scale)),
+            ("weights", format!("{:.2} deviations rms", v.weight_norm)),
+            ("scale", format!("{:.3} of the class", v.scale)),
         ])
 }
 

@@ -9,7 +9,7 @@ use crate::distance::Surface;
 use crate::mesh::{Mesh, Vector};
 use crate::volume::{self, Lattice, Volume};
 use lacuna::Reach;
-use lacuna::format::{Header, PER_VOXEL, Scales};
+use lacuna::format::{Header, PER_VOXEL, Scales, Unit};
 use lacuna::model::Extras;
 use rayon::prelude::*;
 
@@ -160,17 +160,9 @@ impl Plan {
             made: &made,
             shapes: surfaces.len() as u32,
             unit: settings.unit,
-            spacing: h as f32,
-            origin: crop.lattice.origin.coords.map(|c| c as f32).into(),
-            sides: crop.lattice.sides.map(|side| side as u16),
-            brick: self.brick as u8,
-            far_stride: self.far_stride() as u8,
-            stride: self.stride,
             modes: pca.modes.len() as u8,
-            bricks: 0,
-            voxels: 0,
             explained: pca.explained as f32,
-            scales: self.scales(),
+            ..self.header(&crop.lattice)
         };
         let mut order: Vec<usize> = (0..moved.len()).collect();
         order.sort_by_key(|&i| moved[i]);
@@ -187,6 +179,27 @@ impl Plan {
             modes: pca.modes.iter().map(|mode| order.iter().map(|&i| mode[i]).collect()).collect(),
             far: far_values,
         })
+    }
+
+    /// The header of a model on a part of the grid, as far as the plan knows it.
+    fn header(&self, lattice: &Lattice) -> Header<'static> {
+        Header {
+            class: "",
+            made: "",
+            shapes: 0,
+            unit: Unit::Millimetre,
+            spacing: lattice.spacing as f32,
+            origin: lattice.origin.coords.map(|c| c as f32).into(),
+            sides: lattice.sides.map(|side| side as u16),
+            brick: self.brick as u8,
+            far_stride: self.far_stride() as u8,
+            stride: self.stride,
+            modes: 0,
+            bricks: 0,
+            voxels: 0,
+            explained: 0.0,
+            scales: self.scales(),
+        }
     }
 
     /// Voxels between the nodes of the far field.

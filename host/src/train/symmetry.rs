@@ -75,10 +75,9 @@ pub fn find(shapes: &[Mesh], surfaces: &[Surface]) -> Result<Plane, Error> {
         let normal: Vector = axes.column(axis).into();
         Plane { normal, offset: normal.dot(&middle), deviation: 0.0 }
     };
-    let planes = (0..3).map(|axis| moved(start(axis), &samples, middle, size));
-    let Some(best) = planes.min_by(|a, b| a.deviation.total_cmp(&b.deviation)) else {
-        return Err(Error::NoVariation);
-    };
+    let [x, y, z] = [0, 1, 2].map(|axis| moved(start(axis), &samples, middle, size));
+    let better = |a: Plane, b: Plane| if b.deviation < a.deviation { b } else { a };
+    let best = better(better(x, y), z);
     let limit = LARGEST * size;
     if best.deviation > limit {
         return Err(Error::NotSymmetric { deviation: best.deviation, limit });
