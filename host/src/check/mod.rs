@@ -23,6 +23,7 @@ use crate::io::Loaded;
 use crate::mesh::Mesh;
 use crate::surface::Edges;
 use serde::Serialize;
+pub use winding::encloses;
 
 /// What follows from a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

@@ -15,12 +15,20 @@ pub(super) fn check(checked: &mut Checked, edges: &Edges) {
                 .note("the winding contradicts itself along a one-sided surface; it stays as it is".into()),
         }
     }
-    let closed = edges.list.iter().all(|edge| edge.uses == 2);
-    if closed && volume(&checked.mesh) < 0.0 {
+    if is_closed(edges) && volume(&checked.mesh) < 0.0 {
         checked.mesh.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
         checked.mesh.normals.iter_mut().for_each(|normal| *normal = -*normal);
         checked.repaired("the closed surface faced inwards; its triangles were turned round".into());
     }
+}
+
+/// Whether a mesh is a closed surface that faces outwards.
+pub fn encloses(mesh: &Mesh) -> bool {
+    !mesh.triangles.is_empty() && is_closed(&Edges::of(mesh)) && volume(mesh) > 0.0
+}
+
+fn is_closed(edges: &Edges) -> bool {
+    edges.list.iter().all(|edge| edge.uses == 2)
 }
 
 fn repair(checked: &mut Checked, turn: &[bool]) {

@@ -7,7 +7,9 @@ use super::{Common, Failure, bar, say};
 use crate::check::alternatives;
 use crate::complete::merge::MEASURED;
 use crate::complete::verdict::Grade;
-use crate::complete::{self, Completion, Hint, Options, Start, complete_by, depth_rows, fit_here, picture};
+use crate::complete::{
+    self, Completion, Hint, Options, Start, complete_by, depth_rows, fit_here, picture, zero_level,
+};
 use crate::fit::Fit;
 use crate::io::{self, PlyOut};
 use crate::mesh::Mesh;
@@ -86,6 +88,7 @@ impl Complete {
         let model = self.subject.model(&bytes)?;
         let factor = self.subject.factor(&model);
         self.check_outputs()?;
+        self.check_finer(&model)?;
         let (scan, notes) = self.subject.mesh(&model)?;
         let start = std::time::Instant::now();
         let options = self.options(&model)?;
@@ -128,6 +131,21 @@ impl Complete {
         let schedule = if self.momentum { Schedule::with_momentum(model) } else { Schedule::of(model) };
         let (finer, keep_noise) = (usize::from(self.finer), self.keep_noise);
         Ok(Options { hint, seed: self.subject.seed, schedule, finer, keep_noise })
+    }
+
+    /// Refuses a surface so fine that it needs more memory than allowed.
+    fn check_finer(&self, model: &Model<'_>) -> Result<(), Failure> {
+        let needed = zero_level::memory(model.grid().sides(), usize::from(self.finer));
+        let limit = io::limit::get();
+        if needed <= limit {
+            return Ok(());
+        }
+        Err(format!(
+            "a surface {} times as fine as the model's grid may need {needed} bytes of memory, --max-memory allows \
+             {limit}; lower --finer, or allow more",
+            self.finer
+        )
+        .into())
     }
 
     /// Finds outputs that cannot be written, or that would overwrite something, before any work is done, so that none is

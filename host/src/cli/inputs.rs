@@ -59,10 +59,16 @@ impl Subject {
     pub fn mesh(&self, model: &Model<'_>) -> Result<(Mesh, Vec<String>), Failure> {
         let Loaded { mesh, repairs } = scan(self.scan.as_deref())?;
         let mut mesh = scaled(mesh, self.factor(model));
-        if self.flip {
+        let mut notes = Vec::new();
+        // The check would turn it outwards again, and tell that as if the file had been inside out.
+        if self.flip && check::encloses(&mesh) {
+            notes.push("--flip was left out: the surface is closed and faces outwards already".into());
+        } else if self.flip {
             mesh = Alternative::Flipped.of(&mesh);
         }
-        usable(self.scan.as_deref(), Loaded { mesh, repairs }, model, self.unit(model))
+        let (mesh, found) = usable(self.scan.as_deref(), Loaded { mesh, repairs }, model, self.unit(model))?;
+        notes.extend(found);
+        Ok((mesh, notes))
     }
 
     /// The scan as the one depth image that it is.

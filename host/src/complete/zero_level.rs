@@ -12,6 +12,16 @@ const NARROW: f64 = 1.5;
 /// The same on the model's own grid.
 const COARSE_NARROW: f64 = 0.8;
 
+/// Bytes of memory that extracting a surface takes for a voxel of the finer grid, at most. (The built-in model, 4 times as
+/// fine: 10, with the mesh.)
+const BYTES_A_VOXEL: u64 = 16;
+
+/// Bytes of memory that extracting the zero level `factor` times as fine as a model's grid takes, at most.
+pub fn memory(sides: [u16; 3], factor: usize) -> u64 {
+    let fine = |side: u16| u64::from(side).saturating_mul(factor as u64);
+    sides.into_iter().map(fine).fold(BYTES_A_VOXEL, u64::saturating_mul)
+}
+
 impl Dense {
     /// The zero level in the scan's frame: largest piece without holes, rim trimmed, on a grid `factor` times as fine.
     pub fn surface(&self, placed: &Placed, factor: usize) -> Mesh {
@@ -70,6 +80,13 @@ fn cubic([before, a, b, behind]: [f32; 4], t: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_surface_twice_as_fine_may_take_eight_times_the_memory() {
+        assert_eq!(memory([60, 72, 54], 1), 16 * 60 * 72 * 54);
+        assert_eq!(memory([60, 72, 54], 2), 8 * memory([60, 72, 54], 1));
+        assert_eq!(memory([u16::MAX; 3], usize::MAX), u64::MAX);
+    }
 
     #[test]
     fn a_finer_grid_interpolates_and_keeps_the_known_voxels() {

@@ -1,7 +1,9 @@
 //! `lacuna check` of several files and of folders.
 
-use lacuna_host::io::{Format, parse};
-use lacuna_tests::program::{lacuna, succeeds};
+use lacuna_host::io::{Format, PlyOut, parse, write_ply};
+use lacuna_host::surface::close_holes;
+use lacuna_host::synth::Head;
+use lacuna_tests::program::{files, json, lacuna, refuses, succeeds};
 use std::path::Path;
 use tempfile::tempdir;
 
@@ -77,4 +79,22 @@ fn a_sparse_cloud_is_told_how_little_it_measures() {
         let (said, complaint, _) = check(here, &["cloud.xyz", "--model", "heads.lacuna"]);
         assert_eq!(said.contains(&format!("{count} points measure at most")), sparse, "{said}{complaint}");
     }
+}
+
+#[test]
+fn a_closed_surface_that_faces_outwards_is_not_flipped_and_that_is_told() {
+    let folder = tempdir().unwrap();
+    let closed = close_holes(&Head::sample(1, 1000).mesh());
+    write_ply(&folder.path().join("head.ply"), &PlyOut::new(&closed)).unwrap();
+    let found = json(folder.path(), &["register", "head.ply", "--flip", "--json"]);
+    let notes = found["notes"].to_string();
+    assert!(notes.contains("--flip was left out") && !notes.contains("turned round"), "{notes}");
+}
+
+#[test]
+fn a_surface_too_fine_for_the_memory_allowed_is_refused_before_the_work() {
+    let folder = tempdir().unwrap();
+    let sentence = refuses(folder.path(), &["complete", "--finer", "4", "--max-memory", "200M"]);
+    assert!(sentence.contains("4 times as fine") && sentence.contains("lower --finer"), "{sentence}");
+    assert!(files(folder.path()).is_empty());
 }
