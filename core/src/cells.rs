@@ -1,6 +1,6 @@
 //! The cells of a brick: cubes of q³ voxels between eight nodes, walked row by row.
 
-use crate::model::{Brick, ones};
+use crate::brick::{Brick, ones};
 
 /// A cell within a brick.
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,8 @@
 //! The eight stored voxels around a place of the band, and what mean and modes are there.
 
+use crate::brick::Brick;
 use crate::corners::{self, Basis, LANES, MODES, SHARE_BITS, ScaledWeights, Weights};
-use crate::model::{Brick, Model};
+use crate::model::Model;
 use crate::sample::Place;
 
 /// A voxel at a corner.

@@ -1,9 +1,9 @@
 //! The curvature of a cell, Σ φ W Σ_k g_k b'_k² for its eight corners.
 
 use crate::arithmetic::{Arithmetic, Stride};
+use crate::brick::Brick;
 use crate::cells::Cell;
 use crate::hull::Hull;
-use crate::model::Brick;
 use crate::trilinear::trilinear;
 
 /// The eight corners' sums, times q³. `gains` are in 1/256, `wanted` has a mask for each row of the brick.

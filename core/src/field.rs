@@ -4,9 +4,9 @@
 //! then every voxel takes its sums with each corner's weights and blends those.
 
 use crate::arithmetic::{Arithmetic, Stride};
+use crate::brick::Brick;
 use crate::cells::cells;
 use crate::corner_rows::Row;
-use crate::model::Brick;
 use crate::nodes::NodeMap;
 use crate::trilinear::trilinear;
 

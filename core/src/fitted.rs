@@ -1,9 +1,10 @@
 //! The jointly fitted surface for many points: what [`Cube::distance`](crate::cube::Cube::distance) tells, to the last bit,
 //! with every voxel's distance worked out once, because the points of a scan lie in the same few voxels.
 
+use crate::brick::BrickRows;
 use crate::corners::{MODES, ScaledWeights, Weights, dots, in_voxels, of_mean, padded};
 use crate::lent::Lent;
-use crate::model::{BrickRows, Model};
+use crate::model::Model;
 use crate::sample::Place;
 
 /// Distances M + b'·v at stored voxels.

@@ -9,10 +9,11 @@
 //! brick, then f64 over the bricks in the order of the file: the same bits everywhere.
 
 use crate::arithmetic::{DISTANCE_BITS, FULL_WEIGHT, MAX_WEIGHT, RESIDUAL_LIMIT};
+use crate::brick::{Brick, MAX_BRICK_VOXELS};
 use crate::cholesky::solve;
 use crate::error::{Buffer, Error, OptionName};
 use crate::hull::Hull;
-use crate::model::{Brick, MAX_BRICK_VOXELS, Model};
+use crate::model::Model;
 use crate::packed::packed;
 use crate::workspace::{Progress, first};
 

@@ -5,8 +5,8 @@
 //! ([`Transposed`]), or those of eight or sixteen modes for one corner ([`Straight`]).
 
 use crate::arithmetic::{Arithmetic, Fixed, Kernel, Stride};
+use crate::brick::Brick;
 use crate::corner_rows::{Row, Whole};
-use crate::model::Brick;
 use crate::trilinear::{CELL_VOXELS, Factors};
 use core::marker::PhantomData;
 

@@ -9,13 +9,14 @@
 //! 0.5 mm instead of 0.135 on complete faces). Voxels beyond the scan's border are reached by no normal.
 
 use crate::arithmetic::{DISTANCE_BITS, FULL_WEIGHT, RESIDUAL_LIMIT};
+use crate::brick::BrickRows;
 use crate::digest::digest;
 use crate::error::{Buffer, Error, OptionName};
 use crate::fixed::round_shift;
 use crate::format::PER_VOXEL;
 use crate::lent::Lent;
 use crate::mirror;
-use crate::model::{BrickRows, Model};
+use crate::model::Model;
 
 const NORMAL_BITS: u32 = 12;
 /// "Weight" of a claimed voxel that is not in the hull.

@@ -4,9 +4,10 @@
 //! The surface runs between the voxels next to it. Those farther off keep the distances from making a second sheet,
 //! and one in four of them does that as well; it also leaves more of the steps to the surface.
 
+use crate::brick::{Brick, MAX_BRICK_ROWS};
 use crate::error::{Buffer, Error};
 use crate::hull::{Hull, Target};
-use crate::model::{Brick, MAX_BRICK_ROWS, Model};
+use crate::model::Model;
 use crate::workspace::first;
 
 /// A mask a row, brick by brick, y fastest.

@@ -16,7 +16,7 @@
 //! ```
 //! use lacuna::completion::{Completion, Memory, Outcome, Settings};
 //! use lacuna::cloud::Packed;
-//! use lacuna::model::MAX_BRICK_VOXELS;
+//! use lacuna::brick::MAX_BRICK_VOXELS;
 //! use lacuna::{Cloud, Error, Fixed, Model, Pose, Reach, Schedule, pose_fit::ROUNDS};
 //!
 //! /// `model`: the bytes of a model file; `points`: packed by [`cloud::pack`](lacuna::cloud::pack) in steps of `step` scan
@@ -57,6 +57,7 @@
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 // What an application uses: the model, the scan, the stages of a completion and the wire.
+pub mod brick;
 pub mod cloud;
 pub mod completion;
 pub mod curve;
@@ -93,6 +94,7 @@ pub mod pose_row;
 pub mod sample;
 pub mod trilinear;
 
+mod bytes;
 mod cells;
 mod cholesky;
 mod curvature;

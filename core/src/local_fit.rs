@@ -25,6 +25,7 @@ mod wide;
 
 use crate::arithmetic::{Arithmetic, Kernel, Stride};
 use crate::box_filter::dense_len;
+use crate::brick::{Brick, MAX_BRICK_ROWS, MAX_BRICK_VOXELS};
 use crate::cells::cells;
 use crate::corner_rows::Row;
 use crate::curvature::cell_curvature;
@@ -34,7 +35,7 @@ use crate::format::MAX_MODES;
 use crate::gradient::GROUP;
 use crate::hull::Hull;
 use crate::hull_rows::HullRows;
-use crate::model::{Brick, MAX_BRICK_ROWS, MAX_BRICK_VOXELS, Model};
+use crate::model::Model;
 use crate::nodes::{Extent, NodeMap};
 use crate::schedule::Schedule;
 use crate::workspace::{Progress, Workspace, cell_len, first, gradient_len};

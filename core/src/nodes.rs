@@ -2,10 +2,11 @@
 //!
 //! They are numbered in x-fastest order through a bit set with running counts.
 
+use crate::brick::MAX_BRICK_ROWS;
 use crate::cells::{Cell, cell_mask, cells};
 use crate::error::{Buffer, Error};
 use crate::grid::{linear, product};
-use crate::model::{MAX_BRICK_ROWS, Model};
+use crate::model::Model;
 use crate::workspace::first;
 
 /// Words of the map for a grid of `nodes` nodes.

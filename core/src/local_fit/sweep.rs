@@ -6,11 +6,11 @@
 
 use super::{LocalFit, Many, Stage, move_node};
 use crate::arithmetic::Arithmetic;
+use crate::brick::Brick;
 use crate::cells::cells_of_layer;
 use crate::corner_rows::Row;
 use crate::field::Field;
 use crate::gradient::{CellGradient, Shares};
-use crate::model::Brick;
 use crate::trilinear::trilinear;
 
 impl<'m, A: Arithmetic> LocalFit<'m, '_, A> {

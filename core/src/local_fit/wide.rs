@@ -4,11 +4,11 @@
 use super::{Group, LocalFit, move_node};
 use crate::arithmetic::Arithmetic;
 use crate::box_filter::box_sums;
+use crate::brick::MAX_BRICK_ROWS;
 use crate::cells::cells;
 use crate::corner_rows::Row;
 use crate::field::Field;
 use crate::gradient::{GROUP, Shares};
-use crate::model::MAX_BRICK_ROWS;
 use crate::trilinear::trilinear;
 
 impl<A: Arithmetic> LocalFit<'_, '_, A> {

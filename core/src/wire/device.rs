@@ -11,10 +11,11 @@ use super::message::{Begin, Identity, Info, Iterations, MAX_DATA, Reply, Request
 use super::refusal::Refusal;
 use super::results::Results;
 use crate::arithmetic::Fixed;
+use crate::brick::MAX_BRICK_VOXELS;
 use crate::cloud::{Cloud, Packed};
 use crate::completion::{Completion, Memory};
 use crate::error::Error;
-use crate::model::{MAX_BRICK_VOXELS, Model};
+use crate::model::Model;
 use crate::workspace::Sizes;
 
 pub use super::line::{Ended, MOST_FAILURES, Port};

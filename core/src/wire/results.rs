@@ -4,8 +4,9 @@ use super::distances::{Packer, brick_of};
 use super::message::{MAX_DATA, Reply, Vector};
 use super::refusal::Refusal;
 use crate::arithmetic::Fixed;
+use crate::brick::MAX_BRICK_VOXELS;
 use crate::completion::Completion;
-use crate::model::{MAX_BRICK_VOXELS, Model};
+use crate::model::Model;
 
 /// A job, and memory for its results on their way.
 #[derive(Debug)]

@@ -6,7 +6,7 @@ use crate::{MODEL, Machine, SCAN, memory, stack};
 use lacuna::cloud::Bytes;
 use lacuna::completion::{Outcome, Settings, Stage};
 use lacuna::local_fit::Task;
-use lacuna::model::MAX_BRICK_VOXELS;
+use lacuna::brick::MAX_BRICK_VOXELS;
 use lacuna::workspace::Progress;
 use lacuna::{Cloud, Completion, Error, Fixed, Model, Reach, Schedule};
 
