@@ -1,7 +1,7 @@
 //! Models of the real data, trained when they are first asked for: for a test within it, for examples kept in
 //! `target/models`.
 
-use crate::program::json;
+use crate::program::{json, succeeds};
 use crate::real_data;
 use lacuna::Model;
 use std::path::{Path, PathBuf};
@@ -16,18 +16,27 @@ pub fn thirty_faces() -> Option<Model<'static>> {
 
 /// The same as a file has them.
 pub fn thirty_faces_bytes() -> Option<&'static [u8]> {
-    thirty_faces_trained().map(|trained| trained.model.as_slice())
-}
-
-/// The same, with what their training took.
-pub fn thirty_faces_trained() -> Option<&'static Trained> {
     static TRAINED: OnceLock<Option<Trained>> = OnceLock::new();
     let made = || {
-        let faces = real_data("faces/train")?;
-        let shapes = (0..30).map(|i| faces.join(format!("train_{i:03}.ply")));
-        Some(train_watched(&shapes.collect::<Vec<_>>(), "3.3", &["--no-calibration"]))
+        Some(train_watched(&thirty(&real_data("faces/train")?), &["--spacing", "3.3", "--no-calibration"]))
     };
-    TRAINED.get_or_init(made).as_ref()
+    TRAINED.get_or_init(made).as_ref().map(|trained| trained.model.as_slice())
+}
+
+/// The training shapes of thirty faces, in their folder.
+fn thirty(faces: &Path) -> Vec<PathBuf> {
+    (0..30).map(|i| faces.join(format!("train_{i:03}.ply"))).collect()
+}
+
+/// The built-in model from its seeds, by the program and its files, not calibrated.
+pub fn thirty_heads() -> &'static Trained {
+    static TRAINED: OnceLock<Trained> = OnceLock::new();
+    TRAINED.get_or_init(|| {
+        let folder = tempfile::tempdir().expect("a folder");
+        succeeds(folder.path(), &["synth", "heads", "heads", "--count", "30"]);
+        let options = ["--spacing", "3.3", "--class", "head", "--no-calibration"];
+        train_watched(&[folder.path().join("heads")], &options)
+    })
 }
 
 /// A model, and the memory that its training took.
@@ -38,15 +47,15 @@ pub struct Trained {
     pub peak_kib: Option<u64>,
 }
 
-/// Trains with the program, voxels of so many millimetres.
+/// Trains with the program on meshes or folders of them.
 ///
 /// # Panics
 /// A training that fails.
-pub fn train_watched(shapes: &[PathBuf], spacing: &str, options: &[&str]) -> Trained {
+pub fn train_watched(meshes: &[PathBuf], options: &[&str]) -> Trained {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("m.lacuna");
     let mut command = Command::new(crate::program::path());
-    command.arg("train").args(shapes).arg("-o").arg(&path).args(["--spacing", spacing]).args(options);
+    command.arg("train").args(meshes).arg("-o").arg(&path).args(options);
     let mut child = command.stdout(Stdio::null()).spawn().expect("the program starts");
     let mut highest = 0;
     // The kernel keeps the peak: the last look before the end misses at most what the last moments added.
@@ -55,7 +64,7 @@ pub fn train_watched(shapes: &[PathBuf], spacing: &str, options: &[&str]) -> Tra
         std::thread::sleep(Duration::from_millis(20));
     }
     assert!(child.wait().expect("a child").success());
-    println!("{} shapes: {} MiB at most", shapes.len(), highest / 1024);
+    println!("{} MiB at most", highest / 1024);
     let peak_kib = peak(std::process::id()).map(|_| highest);
     Trained { model: std::fs::read(path).expect("the model"), peak_kib }
 }
@@ -69,8 +78,7 @@ fn peak(process: u32) -> Option<u64> {
 
 /// Thirty faces at 3.3 mm.
 pub fn faces(folder: &Path) -> Vec<u8> {
-    let shapes = (0..30).map(|i| folder.join(format!("train/train_{i:03}.ply")));
-    trained("face.lacuna", &["--spacing", "3.3"], shapes.collect())
+    trained("face.lacuna", &["--spacing", "3.3"], thirty(&folder.join("train")))
 }
 
 /// Eight femurs.

@@ -29,9 +29,14 @@ fn complete_without_arguments_writes_mesh_and_picture() {
 }
 
 #[test]
-fn complete_labels_every_vertex_measured_or_inferred() {
+fn complete_tells_the_verdict_and_labels_every_vertex_measured_or_inferred() {
     let folder = tempdir().unwrap();
     let report = json(folder.path(), &["complete", "--json", "--no-picture"]);
+    assert_eq!(report["verdict"]["grade"], "good", "{report:#}");
+    for number in ["inlier_share", "seen_rms", "inferred_share", "weight_norm", "expected"] {
+        assert!(report["verdict"][number].is_number(), "{number}: {report:#}");
+    }
+    assert_eq!(report["output"], "completed.ply");
     let file = std::fs::read(folder.path().join("completed.ply")).unwrap();
     let end = file.windows(11).position(|w| w == b"end_header\n").expect("a PLY header");
     let header = String::from_utf8_lossy(&file[..end]);
@@ -43,36 +48,17 @@ fn complete_labels_every_vertex_measured_or_inferred() {
 }
 
 #[test]
-fn complete_json_carries_the_verdict() {
-    let folder = tempdir().unwrap();
-    let report = json(folder.path(), &["complete", "--json"]);
-    assert_eq!(report["verdict"]["grade"], "good", "{report:#}");
-    for number in ["inlier_share", "seen_rms", "inferred_share", "weight_norm", "expected"] {
-        assert!(report["verdict"][number].is_number(), "{number}: {report:#}");
-    }
-    assert_eq!(report["output"], "completed.ply");
-}
-
-#[test]
 fn complete_tells_the_noise_that_it_takes_out_and_keeps_it_when_asked() {
     let folder = tempdir().unwrap();
     let run = |more: &[&str]| {
         json(folder.path(), &[&["complete", "--no-picture", "--json", "-o", "c.ply"], more].concat())
     };
-    let noise = |name: &str| run(&[])["noise"][name].as_f64().unwrap();
-    let (before, after) = (noise("before"), noise("after"));
+    let noise = &run(&[])["noise"];
+    let [before, after] = ["before", "after"].map(|name| noise[name].as_f64().unwrap());
     assert!(before > 0.02 && before < 0.3 && after < before, "{before} {after}");
     assert_eq!(run(&["--keep-noise"])["noise"], Value::Null);
     let text = succeeds(folder.path(), &["complete", "--no-picture", "-o", "c.ply"]);
     assert!(text.contains("after smoothing (--keep-noise keeps it)"), "{text}");
-}
-
-#[test]
-fn pure_model_surfaces_are_written_on_request() {
-    let folder = tempdir().unwrap();
-    let arguments = ["--no-picture", "--local-surface", "local.ply", "--global-surface", "global.ply"];
-    succeeds(folder.path(), &[&["complete"], arguments.as_slice()].concat());
-    assert_eq!(files(folder.path()), ["completed.ply", "global.ply", "local.ply"]);
 }
 
 #[test]
@@ -188,25 +174,20 @@ fn inspect_json_describes_the_built_in_model() {
 }
 
 #[test]
-fn register_finds_the_pose_of_a_synthetic_scan() {
+fn a_scan_is_registered_from_front_and_side_and_from_its_mesh_points_and_depth_image_alike() {
     let folder = tempdir().unwrap();
-    for (head, view) in [("1000", "front"), ("1001", "side")] {
+    let scans: [(&str, &str, &[&str]); 2] = [
+        ("1001", "side", &["scan/mesh.ply"]),
+        ("1002", "front", &["scan/mesh.ply", "scan/points.ply", "scan/scan.json", "scan"]),
+    ];
+    for (head, view, files) in scans {
         let truth = matrix(&scan(folder.path(), head, view)["truth"]["scan_to_model"]);
-        let found = json(folder.path(), &["register", "scan/mesh.ply", "--json"]);
-        let degrees = degrees_between(&truth, &matrix(&found["scan_to_model"]));
-        assert!(degrees < 5.0, "head {head} from the {view}: {degrees:.1} degrees off");
-        assert!(found["inlier_share"].as_f64().unwrap() > 0.5);
-    }
-}
-
-#[test]
-fn mesh_points_and_depth_image_of_one_scan_find_the_same_pose() {
-    let folder = tempdir().unwrap();
-    let truth = matrix(&scan(folder.path(), "1002", "front")["truth"]["scan_to_model"]);
-    for file in ["scan/mesh.ply", "scan/points.ply", "scan/scan.json", "scan"] {
-        let found = json(folder.path(), &["register", file, "--json"]);
-        let degrees = degrees_between(&truth, &matrix(&found["scan_to_model"]));
-        assert!(degrees < 5.0, "{file}: {degrees:.1} degrees off");
+        for file in files {
+            let found = json(folder.path(), &["register", file, "--json"]);
+            let degrees = degrees_between(&truth, &matrix(&found["scan_to_model"]));
+            assert!(degrees < 5.0, "head {head} from the {view}, {file}: {degrees:.1} degrees off");
+            assert!(found["inlier_share"].as_f64().unwrap() > 0.5, "{file}: {found}");
+        }
     }
 }
 

@@ -36,11 +36,16 @@ fn save(folder: &Path, place: &str, number: u64, mesh: &lacuna_host::mesh::Mesh)
     write_ply(&folder.join(format!("shape_{number}.ply")), &PlyOut::new(mesh)).unwrap();
 }
 
-const COMMON: [&str; 9] =
-    ["evaluate", "--train", "train", "--targets", "targets", "--spacing", "8", "--align", "never"];
+const COMMON: [&str; 7] = ["evaluate", "--train", "train", "--targets", "targets", "--align", "never"];
 
+/// Coarse, where the numbers do not matter.
 fn with<'a>(more: &[&'a str]) -> Vec<&'a str> {
-    COMMON.iter().chain(more).copied().collect()
+    [&COMMON[..], &["--spacing", "14"], more].concat()
+}
+
+/// Fine enough for the local model to be what it is.
+fn finer<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    [&COMMON[..], &["--spacing", "8"], more].concat()
 }
 
 fn median(result: &Value, count: &str, model: &str) -> f64 {
@@ -58,7 +63,7 @@ fn state(folder: &Path) -> std::path::PathBuf {
 #[test]
 fn the_local_model_is_nearest_and_more_shapes_help() {
     let folder = heads();
-    let result = json(folder.path(), &with(&["--counts", "3,6", "--draws", "2", "--json"]));
+    let result = json(folder.path(), &finer(&["--counts", "3,6", "--draws", "2", "--json"]));
     for count in ["3", "6"] {
         let [local, global, eq9, floor] =
             ["local", "global", "eq9", "floor"].map(|model| median(&result, count, model));

@@ -17,10 +17,19 @@ use lacuna_tests::registration::{placed, to_voxels};
 use lacuna_tests::sample::{Sample, head};
 use lacuna_tests::{default_schedule, model};
 use nalgebra::{Similarity3, Translation3, UnitQuaternion, Vector3};
+use std::sync::OnceLock;
 
-fn coarse(shapes: &[Mesh], apart: Option<Apart>) -> Vec<u8> {
-    train(shapes, &Settings { spacing: Some(7.0), apart, ..Settings::default() }, &|_, _| ())
+/// A coarse model of eight heads, as far apart as is said.
+fn coarse(apart: Option<Apart>) -> Vec<u8> {
+    let shapes: Vec<Mesh> = (0..8).map(|number| Head::sample(1, number).mesh()).collect();
+    train(&shapes, &Settings { spacing: Some(7.0), apart, ..Settings::default() }, &|_, _| ())
         .expect("a model")
+}
+
+/// Such a model that holds an exact pose, trained once.
+fn holding() -> Model<'static> {
+    static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
+    Model::from_bytes(BYTES.get_or_init(|| coarse(None))).expect("a model")
 }
 
 /// The pose of the fit that starts from this one, called exact.
@@ -44,11 +53,8 @@ fn fitted(model: &Model<'_>, sample: &Sample, exact: Placed) -> lacuna::Pose {
 
 #[test]
 fn an_exact_pose_moves_as_far_as_the_training_shapes_lay_apart() {
-    let shapes: Vec<Mesh> = (0..8).map(|number| Head::sample(1, number).mesh()).collect();
     let sample = head(1001, Kind::Front);
-    let shift = |apart: Option<Apart>| {
-        let bytes = coarse(&shapes, apart);
-        let model = Model::from_bytes(&bytes).expect("a model");
+    let shift = |model: &Model<'_>| {
         let to_shapes = sample.model_to_scan.try_inverse().expect("a similarity");
         // Two degrees and 3 mm off, so that there is something to be moved.
         let off = Similarity3::from_parts(
@@ -57,14 +63,16 @@ fn an_exact_pose_moves_as_far_as_the_training_shapes_lay_apart() {
             1.0,
         );
         let exact = placed(
-            &(to_voxels(&model, &(off * nalgebra::convert_unchecked::<_, Similarity3<f64>>(to_shapes)))),
+            &(to_voxels(model, &(off * nalgebra::convert_unchecked::<_, Similarity3<f64>>(to_shapes)))),
         );
-        let found = fitted(&model, &sample, exact);
+        let found = fitted(model, &sample, exact);
         Vector3::from(found.translation).norm() * model.header().spacing
     };
-    let held = shift(None);
-    let [firm, loose] =
-        [1e-3, 1e3].map(|j| shift(Some(Apart { turn: j as f32, shift: j as f32, growth: j as f32 })));
+    let held = shift(&holding());
+    let [firm, loose] = [1e-3, 1e3].map(|j| {
+        let bytes = coarse(Some(Apart { turn: j, shift: j, growth: j }));
+        shift(&Model::from_bytes(&bytes).expect("a model"))
+    });
     println!("held {held}, firm {firm}, loose {loose} mm");
     assert_eq!(held, 0.0);
     assert!(firm < 0.05 && loose > 1.0, "firm {firm}, loose {loose} mm");
@@ -73,9 +81,7 @@ fn an_exact_pose_moves_as_far_as_the_training_shapes_lay_apart() {
 /// By the shape of the global fit: no other is fitted, and up to a quarter of a head lies farther than 3 mm from the mean.
 #[test]
 fn a_held_pose_is_judged_by_a_shape_and_not_by_the_mean() {
-    let shapes: Vec<Mesh> = (0..8).map(|number| Head::sample(1, number).mesh()).collect();
-    let bytes = coarse(&shapes, None);
-    let model = Model::from_bytes(&bytes).expect("a model");
+    let model = holding();
     for sample in (1001..=1004).map(|number| head(number, Kind::Front)) {
         let to_shapes = sample.model_to_scan.try_inverse().expect("a similarity");
         let exact = placed(&to_voxels(&model, &nalgebra::convert_unchecked(to_shapes)));

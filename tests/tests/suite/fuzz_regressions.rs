@@ -5,6 +5,7 @@
 
 use lacuna_tests::fuzz::mutate::mutated;
 use lacuna_tests::fuzz::{TARGETS, Target};
+use lacuna_tests::program::files;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -24,14 +25,28 @@ fn survives(target: &Target, name: &str, bytes: &[u8]) {
     panic!("{}: {name} fails, {} bytes, kept as {} ({written:?})", target.name, bytes.len(), path.display());
 }
 
+/// Names in a folder of the fuzz package, sorted.
+fn names(within: &str) -> Vec<String> {
+    files(&folder().join(within))
+}
+
+#[test]
+fn every_target_has_a_program_of_its_name_and_no_program_lacks_a_target() {
+    let mut known = TARGETS.each_ref().map(|target| format!("{}.rs", target.name));
+    known.sort();
+    assert_eq!(names("fuzz_targets"), known);
+}
+
 #[test]
 fn cases_once_found_stay_mended() {
     let mut replayed = 0;
-    for target in &TARGETS {
-        let Ok(entries) = std::fs::read_dir(folder().join("regressions").join(target.name)) else { continue };
-        for entry in entries.flatten() {
-            let bytes = std::fs::read(entry.path()).expect("a file of the repository");
-            survives(target, &entry.file_name().to_string_lossy(), &bytes);
+    for name in names("regressions") {
+        let target = TARGETS.iter().find(|target| target.name == name);
+        let target = target.unwrap_or_else(|| panic!("regressions/{name}: no target has this name"));
+        let within = format!("regressions/{name}");
+        for case in names(&within) {
+            let bytes = std::fs::read(folder().join(&within).join(&case)).expect("a file of the repository");
+            survives(target, &case, &bytes);
             replayed += 1;
         }
     }
@@ -40,7 +55,7 @@ fn cases_once_found_stay_mended() {
 
 #[test]
 fn seeds_and_changed_seeds_break_nothing() {
-    let seconds = std::env::var("LACUNA_FUZZ_SECONDS").ok().and_then(|text| text.parse().ok()).unwrap_or(2);
+    let seconds = std::env::var("LACUNA_FUZZ_SECONDS").ok().and_then(|text| text.parse().ok()).unwrap_or(1);
     for target in &TARGETS {
         let seeds = (target.seeds)();
         for (number, seed) in seeds.iter().enumerate() {

@@ -1,5 +1,5 @@
 //! Programs that are killed, at random moments or while they write, leave the old output or the new one, and nothing a next run would
-//! trip over. `LACUNA_KILLS` sets how often (30 by default).
+//! trip over. `LACUNA_KILLS` sets how often (12 by default).
 #![cfg(unix)]
 
 use lacuna_tests::program::{files, lacuna, path, succeeds};
@@ -49,16 +49,15 @@ fn jobs() -> Vec<Job> {
 enum End {
     Force,
     Request,
-    /// By a request while a file is being written.
-    RequestWhileWriting,
 }
 
-impl End {
-    const ALL: [Self; 3] = [Self::Force, Self::Request, Self::RequestWhileWriting];
-}
+/// Ways to end a job: how, and whether while a file is being written. The last one, which is also the last of a job, may leave
+/// temporary files.
+const WAYS: [(End, bool); 4] =
+    [(End::Force, false), (End::Request, false), (End::Request, true), (End::Force, true)];
 
-/// Starts a job, waits, and ends it.
-fn killed(folder: &Path, job: &Job, wait: Duration, end: End) {
+/// Starts a job, waits, or waits until it writes, and ends it.
+fn killed(folder: &Path, job: &Job, wait: Duration, (end, writing): (End, bool)) {
     let mut child = Command::new(path())
         .args(&job.arguments)
         .current_dir(folder)
@@ -66,10 +65,17 @@ fn killed(folder: &Path, job: &Job, wait: Duration, end: End) {
         .stderr(Stdio::null())
         .spawn()
         .expect("the program starts");
-    if end == End::RequestWhileWriting {
-        while temporary(folder).is_empty() && child.try_wait().expect("it can be asked").is_none() {}
-    } else {
+    if !writing {
         std::thread::sleep(wait);
+    }
+    loop {
+        // Once it has been waited for, its number may be another program's.
+        if child.try_wait().expect("it can be asked").is_some() {
+            return;
+        }
+        if !writing || !temporary(folder).is_empty() {
+            break;
+        }
     }
     if end == End::Force {
         let _ = child.kill();
@@ -96,35 +102,40 @@ fn killed_programs_leave_the_old_or_the_new_output() {
     let here = folder.path();
     succeeds(here, &["synth", "heads", "heads", "--count", "4"]);
     succeeds(here, &["synth", "heads", "target", "--count", "1"]);
-    let kills: usize = std::env::var("LACUNA_KILLS").ok().and_then(|n| n.parse().ok()).unwrap_or(30);
+    let kills: usize = std::env::var("LACUNA_KILLS").ok().and_then(|n| n.parse().ok()).unwrap_or(12);
     let mut random = ChaCha8Rng::seed_from_u64(6);
-    let mut replaced = 0;
+    let (mut replaced, mut beside) = (0, 0);
     for job in jobs() {
         let start = Instant::now();
         succeeds(here, &job.arguments);
         let (length, file) = (start.elapsed(), here.join(job.output));
         let new = std::fs::read(&file).unwrap();
-        for number in 0..kills.div_ceil(3) {
+        for number in (0..kills.div_ceil(3)).rev() {
             let old = format!("old output {number}").into_bytes();
             std::fs::write(&file, &old).unwrap();
-            if job.arguments[0] == "evaluate" {
-                let state =
-                    files(&here.join("evaluation")).into_iter().filter(|name| name.starts_with("state-"));
-                state.for_each(|name| std::fs::remove_file(here.join("evaluation").join(name)).unwrap());
-            }
-            let end = End::ALL[number % End::ALL.len()];
-            killed(here, &job, length.mul_f64(random.random_range(0.3..1.3)), end);
+            forget_evaluation(here);
+            temporary(here).iter().for_each(|path| std::fs::remove_file(path).unwrap());
+            let way = WAYS[WAYS.len() - 1 - number % WAYS.len()];
+            killed(here, &job, length.mul_f64(random.random_range(0.3..1.3)), way);
             let left = std::fs::read(&file).unwrap();
             assert!(left == old || left == new, "{:?}, kill {number}: {} bytes", job.arguments, left.len());
             replaced += usize::from(left == new);
             let forgotten = temporary(here);
-            assert!(end == End::Force || forgotten.is_empty(), "{:?}: {forgotten:?}", job.arguments);
-            for path in forgotten {
-                let _ = std::fs::remove_file(path);
-            }
+            assert!(way.0 == End::Force || forgotten.is_empty(), "{:?}: {forgotten:?}", job.arguments);
         }
-        assert!(lacuna(here, &job.arguments).status.success(), "the next run succeeds");
+        let forgotten = temporary(here);
+        assert!(lacuna(here, &job.arguments).status.success(), "the next run succeeds beside {forgotten:?}");
         assert!(std::fs::read(&file).unwrap() == new, "{:?}: the next run makes the same", job.arguments);
+        beside += forgotten.len();
+        temporary(here).iter().for_each(|path| std::fs::remove_file(path).unwrap());
     }
-    println!("{kills} kills, {replaced} after the output was replaced");
+    println!("{kills} kills, {replaced} after the output was replaced, {beside} temporary files left");
+}
+
+/// Removes what an evaluation goes on from.
+fn forget_evaluation(folder: &Path) {
+    let folder = folder.join("evaluation");
+    let entries = std::fs::read_dir(&folder).into_iter().flatten().flatten();
+    let states = entries.filter(|entry| entry.file_name().to_string_lossy().starts_with("state-"));
+    states.for_each(|state| std::fs::remove_file(state.path()).unwrap());
 }

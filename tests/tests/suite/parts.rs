@@ -5,10 +5,9 @@ use lacuna::{Fixed, Model};
 use lacuna_host::check::alternatives::advice;
 use lacuna_host::complete::verdict::Grade;
 use lacuna_host::complete::{Completion, Options, complete};
-use lacuna_host::io;
 use lacuna_host::mesh::{Mesh, Point, Vector};
 use lacuna_host::surface::keep_triangles;
-use lacuna_tests::real_data;
+use lacuna_tests::nine::raw_head;
 use lacuna_tests::registration::{Difference, similarity_of};
 use lacuna_tests::trained::thirty_faces;
 use nalgebra::Similarity3;
@@ -36,11 +35,8 @@ type Kept = fn(&Point) -> bool;
 
 #[test]
 fn parts_of_a_raw_head_are_completed_in_any_place_and_size() {
-    let (Some(path), Some(model)) = (real_data("faces/targets_real/demoface_raw.ply"), thirty_faces()) else {
-        return;
-    };
-    let scan = io::read(&path).expect("a mesh");
-    let whole = similarity_of(&completed(&model, &scan).placed);
+    let (Some((scan, whole)), Some(model)) = (raw_head(), thirty_faces()) else { return };
+    let whole = similarity_of(&whole.placed);
     let parts: [(&str, Kept, [f64; 3], f64); 9] = [
         ("left half", |p| p.x > 10.0, [PI, 0.0, 0.0], 1.15),
         ("right half", |p| p.x < 22.0, [0.0, 0.0, PI], 0.85),
@@ -59,7 +55,7 @@ fn parts_of_a_raw_head_are_completed_in_any_place_and_size() {
     ];
     for (name, kept, turn, size) in parts {
         let motion = Similarity3::new(Vector::new(300.0, -50.0, 120.0), Vector::from(turn), size);
-        let mut mesh = part(&scan, kept);
+        let mut mesh = part(scan, kept);
         mesh.points.iter_mut().for_each(|p| *p = motion * *p);
         let completion = completed(&model, &mesh);
         let found = similarity_of(&completion.placed) * motion;
@@ -80,14 +76,11 @@ fn parts_of_a_raw_head_are_completed_in_any_place_and_size() {
 
 #[test]
 fn what_of_a_scan_is_no_head_is_rejected() {
-    let (Some(path), Some(model)) = (real_data("faces/targets_real/demoface_raw.ply"), thirty_faces()) else {
-        return;
-    };
-    let scan = io::read(&path).expect("a mesh");
+    let (Some((scan, _)), Some(model)) = (raw_head(), thirty_faces()) else { return };
     let parts: [(&str, Kept); 2] =
         [("shoulders", |p| p.y < -95.0), ("hair", |p| p.y > 95.0 || p.z < 0.0 && p.y > 0.0)];
     for (name, kept) in parts {
-        let verdict = completed(&model, &part(&scan, kept)).verdict;
+        let verdict = completed(&model, &part(scan, kept)).verdict;
         println!("{name}: {:?}", verdict.reasons);
         assert_eq!(verdict.grade, Grade::Reject, "{name}");
     }

@@ -1,5 +1,4 @@
-//! The built-in model follows from seeds: rebuilt here as `lacuna synth heads` and `lacuna train` make it, and
-//! compared byte by byte.
+//! The built-in model follows from seeds: rebuilt by `lacuna synth heads` and `lacuna train`, and compared byte by byte.
 
 use lacuna::cloud::Bytes;
 use lacuna::completion::Settings;
@@ -9,47 +8,33 @@ use lacuna_host::complete::clean::clean;
 use lacuna_host::complete::noise::widest;
 use lacuna_host::complete::{Options, start};
 use lacuna_host::fit::fit;
-use lacuna_host::io::{self, PlyOut, write_ply};
-use lacuna_host::mesh::Mesh;
+use lacuna_host::io;
 use lacuna_host::points::PackedPoints;
-use lacuna_host::synth::Head;
-use lacuna_host::train::align::{Align, Way, align};
 use lacuna_host::train::model_file::calibrated;
-use lacuna_host::train::{self, train};
 use lacuna_tests::program::{json, succeeds};
-
-/// Heads as they come back from the files that `lacuna synth heads` writes: coordinates are single precision.
-fn heads(count: u64) -> Vec<Mesh> {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("head.ply");
-    let through_file = |number| {
-        write_ply(&path, &PlyOut::new(&Head::sample(1, number).mesh())).unwrap();
-        io::read(&path).unwrap()
-    };
-    (0..count).map(through_file).collect()
-}
+use lacuna_tests::trained::thirty_heads;
 
 #[test]
 fn the_built_in_model_is_what_its_seeds_make() {
-    let aligned = align(&heads(30), Align::Auto, 1, &|_, _| ()).unwrap();
-    assert!(matches!(aligned.way, Way::Drawn(Some(_))), "the heads are in one pose");
-    let settings = train::Settings {
-        class: "head".into(),
-        spacing: Some(3.3),
-        apart: aligned.way.apart(),
-        ..train::Settings::default()
-    };
-    let bytes = train(&aligned.shapes, &settings, &|_, _| ()).unwrap();
-    assert_eq!(Model::from_bytes(&bytes).unwrap().calibration(), None);
+    let bytes = &thirty_heads().model;
+    assert_eq!(Model::from_bytes(bytes).unwrap().calibration(), None);
     // The calibration needs sixty completions: it is taken over, and looked at by itself.
     let built_in = lacuna_tests::model();
     let calibration = built_in.calibration().expect("a calibration");
-    let bytes = calibrated(&bytes, calibration, built_in.extras().factors).unwrap();
+    let bytes = calibrated(bytes, calibration, built_in.extras().factors).unwrap();
     let (rebuilt, stored) = (Model::from_bytes(&bytes).unwrap(), lacuna_tests::model());
     assert_eq!(rebuilt.header(), stored.header());
     assert_eq!(bytes.len(), lacuna_fixtures::MODEL.len());
     let differ = bytes.iter().zip(lacuna_fixtures::MODEL).position(|(a, b)| a != b);
     assert_eq!(differ, None, "first byte that differs");
+}
+
+#[test]
+fn the_example_scan_is_what_its_seeds_make() {
+    let folder = tempfile::tempdir().unwrap();
+    let seeds = ["--head", "1000", "--scan-seed", "3"];
+    succeeds(folder.path(), &[&["synth", "scan", "scan", "--small"], &seeds[..]].concat());
+    assert!(std::fs::read(folder.path().join("scan/mesh.ply")).unwrap() == lacuna_fixtures::SCAN);
 }
 
 #[test]

@@ -3,10 +3,9 @@
 use lacuna::Model;
 use lacuna_host::io;
 use lacuna_tests::expected_errors::shares;
-use lacuna_tests::program;
 use lacuna_tests::real_data;
 use lacuna_tests::required::lacks;
-use lacuna_tests::trained::{Trained, thirty_faces_trained, train_watched};
+use lacuna_tests::trained::{Trained, thirty_heads, train_watched};
 use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 
@@ -30,23 +29,15 @@ fn assert_less_than_a_gibibyte(trained: &Trained) {
     assert!(highest < LIMIT_KIB, "{highest} KiB");
 }
 
-/// Thirty real faces where they are, else thirty heads of the built-in class.
 #[test]
 fn thirty_shapes_take_less_than_a_gibibyte() {
-    if let Some(trained) = thirty_faces_trained() {
-        return assert_less_than_a_gibibyte(trained);
-    }
-    let folder = tempfile::tempdir().unwrap();
-    program::succeeds(folder.path(), &["synth", "heads", "heads", "--count", "30"]);
-    let heads = std::fs::read_dir(folder.path().join("heads")).unwrap().flatten();
-    let heads = heads.map(|entry| entry.path()).filter(|path| path.extension().is_some_and(|e| e == "ply"));
-    assert_less_than_a_gibibyte(&train_watched(&heads.collect::<Vec<_>>(), "3.3", &["--no-calibration"]));
+    assert_less_than_a_gibibyte(thirty_heads());
 }
 
 #[test]
 fn errors_learned_from_faces_take_less_than_a_gibibyte_and_hold_for_others() {
     let Some(real) = real_data("faces/train") else { return };
-    let trained = train_watched(&faces(&real, 0..CALIBRATED), COARSER, &[]);
+    let trained = train_watched(&faces(&real, 0..CALIBRATED), &["--spacing", COARSER]);
     assert_less_than_a_gibibyte(&trained);
     let others = faces(&real, 30..35).into_iter().map(|path| io::read(&path).unwrap());
     let shares = shares(&Model::from_bytes(&trained.model).unwrap(), &others.collect::<Vec<_>>());

@@ -40,7 +40,7 @@ fn without_calibration(path: &Path) {
     let arguments = ["train", "heads", "-o", "plain.lacuna", "--spacing", "7", "--align", "never"];
     let text = succeeds(path, &[&arguments[..], &["--no-calibration"]].concat());
     assert!(text.contains("expected error  not calibrated"), "{text}");
-    succeeds(path, &["synth", "scan", "scan", "--view", "side"]);
+    succeeds(path, &["synth", "scan", "scan", "--view", "side", "--small"]);
     let completed = |model: &str, out: &str| {
         let scan = "scan/mesh.ply";
         json(path, &["complete", scan, "--model", model, "-o", out, "--no-picture", "--json"])

@@ -9,6 +9,7 @@ use lacuna_host::train::model_file::calibrated;
 use lacuna_tests::fuzz::fit::completed;
 use lacuna_tests::fuzz::model::{forge, walk};
 use lacuna_tests::fuzz::tiny::tiny;
+use std::collections::BTreeSet;
 
 /// The newest model: a few kilobytes, so that every bit of it can be tried.
 fn newest() -> &'static [u8] {
@@ -103,19 +104,24 @@ fn every_other_version_is_refused_by_its_name() {
 #[test]
 fn every_flipped_bit_of_every_byte_is_refused() {
     let mut bytes = newest().to_vec();
+    let mut codes = BTreeSet::new();
     for (at, bit) in (0..bytes.len()).flat_map(|at| (0..8).map(move |bit| (at, bit))) {
         bytes[at] ^= 1 << bit;
         let error = Model::from_bytes(&bytes).expect_err("a flipped bit");
         assert!(at < PREFIX || error == Error::Damaged, "byte {at}: {error:?}");
+        codes.insert(postcard::to_slice(&error, &mut [0; 16]).unwrap()[0]);
         bytes[at] ^= 1 << bit;
     }
+    assert!(codes.len() >= 4, "as a device tells them, magic, version, length, checksum: {codes:?}");
 }
 
 #[test]
 fn every_truncation_is_refused_even_when_length_and_checksum_agree_with_it() {
     for length in 0..newest().len() {
         let mut bytes = newest()[..length].to_vec();
-        Model::from_bytes(&bytes).expect_err("a short file");
+        let (expected, found) = (newest().len() as u32, length as u32);
+        let short = if length < PREFIX { Error::NotAModel } else { Error::WrongLength { expected, found } };
+        assert_eq!(Model::from_bytes(&bytes).expect_err("a short file"), short);
         if forge(&mut bytes) {
             let error = Model::from_bytes(&bytes).expect_err("a short file that says so");
             assert!(matches!(error, Error::Inconsistent(_)), "{length}: {error:?}");
