@@ -4,9 +4,10 @@ use crate::required::lacks;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
+use std::fs::File;
 use std::net::TcpStream;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 use tungstenite::{Message, WebSocket, client};
@@ -30,9 +31,30 @@ const FLAGS: [&str; 11] = [
 /// Longest time for anything asked of it.
 const PATIENCE: Duration = Duration::from_secs(60);
 
+/// How long it has to end by itself: it takes its children and files with it then.
+const FAREWELL: Duration = Duration::from_secs(5);
+
+/// A program that ends with this value.
+struct Running(Child);
+
+impl Running {
+    /// How it has ended, if it has.
+    fn ended(&mut self) -> Option<ExitStatus> {
+        self.0.try_wait().ok().flatten()
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
 /// A browser with one page. It ends with this value.
 pub struct Browser {
-    process: Child,
+    process: Running,
+    // Removed when the browser has ended: fields are dropped in this order.
     _profile: TempDir,
     socket: WebSocket<TcpStream>,
     session: Option<String>,
@@ -46,18 +68,12 @@ pub struct Browser {
 impl Browser {
     /// Starts Chromium; `None`, and a line that says so, where there is none. `more` flags are added.
     pub fn start(more: &[&str]) -> Option<Self> {
-        let profile = tempfile::tempdir().expect("a folder for the profile");
-        let start = |name: &&str| {
-            let folder = format!("--user-data-dir={}", profile.path().display());
-            let mut command = Command::new(name);
-            command.args(FLAGS).args(more).arg(folder).arg("about:blank");
-            command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().ok()
-        };
-        let Some(process) = NAMES.iter().find_map(start) else {
-            lacks("BROWSER", "there is no Chromium to open reports in");
+        let mut reason = "there is no Chromium to open reports in".to_owned();
+        let begin = |name: &&str| launch(name, more)?.map_err(|why| reason = format!("{name} {why}")).ok();
+        let Some((process, profile, socket)) = NAMES.iter().find_map(begin) else {
+            lacks("BROWSER", &reason);
             return None;
         };
-        let socket = connect(profile.path());
         let mut browser = Self {
             process,
             _profile: profile,
@@ -230,15 +246,43 @@ impl Browser {
 
 impl Drop for Browser {
     fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
+        let close = json!({ "id": self.next + 1, "method": "Browser.close" });
+        let _ = self.socket.send(Message::text(close.to_string()));
+        let start = Instant::now();
+        while self.process.ended().is_none() && start.elapsed() < FAREWELL {
+            std::thread::sleep(Duration::from_millis(20));
+        }
     }
 }
 
-/// Chromium writes port and path of its socket into its profile.
-fn connect(profile: &Path) -> WebSocket<TcpStream> {
+type Started = (Running, TempDir, WebSocket<TcpStream>);
+
+/// Starts a browser in a profile of its own, which also takes its temporary files: why it has ended at once, or `None`
+/// where there is none of this name.
+fn launch(name: &str, more: &[&str]) -> Option<Result<Started, String>> {
+    let profile = tempfile::tempdir().expect("a folder for the profile");
+    let said = profile.path().join("stderr");
+    let mut command = Command::new(name);
+    command.args(FLAGS).args(more).arg(format!("--user-data-dir={}", profile.path().display()));
+    command.arg("about:blank").env("TMPDIR", profile.path());
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(File::create(&said).expect("a file"));
+    let mut process = Running(command.spawn().ok()?);
+    Some(match connect(&mut process, profile.path()) {
+        Ok(socket) => Ok((process, profile, socket)),
+        Err(status) => {
+            let said = std::fs::read_to_string(said).unwrap_or_default();
+            Err(format!("ends at once, {status}: {}", said.trim()))
+        }
+    })
+}
+
+/// Chromium writes port and path of its socket into its profile, unless it ends.
+fn connect(process: &mut Running, profile: &Path) -> Result<WebSocket<TcpStream>, ExitStatus> {
     let start = Instant::now();
     loop {
+        if let Some(status) = process.ended() {
+            return Err(status);
+        }
         assert!(start.elapsed() < PATIENCE, "Chromium does not start");
         std::thread::sleep(Duration::from_millis(50));
         let text = std::fs::read_to_string(profile.join("DevToolsActivePort")).unwrap_or_default();
@@ -249,6 +293,6 @@ fn connect(profile: &Path) -> WebSocket<TcpStream> {
             tungstenite::protocol::WebSocketConfig::default().max_message_size(None).max_frame_size(None);
         let address = format!("ws://127.0.0.1:{port}{path}");
         let (socket, _) = client::client_with_config(address, stream, Some(config)).expect("a web socket");
-        return socket;
+        return Ok(socket);
     }
 }

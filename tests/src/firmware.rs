@@ -2,8 +2,10 @@
 
 use crate::required::lacks;
 use std::collections::BTreeMap;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// The machines: folder, target triple.
@@ -28,12 +30,29 @@ pub struct Run {
     pub counts: BTreeMap<String, u64>,
     /// Bytes of stack used.
     pub stack: u64,
+    /// Standard error: the log of firmware that writes one.
+    pub log: Vec<u8>,
+}
+
+/// A program of the toolchain for a machine: where its firmware is built, without what a Cargo around this test has set.
+fn tool(name: &str, machine: &str) -> Command {
+    let mut command = Command::new(name);
+    // Cargo tells its children which toolchain it is; this one is another.
+    for variable in
+        ["RUSTUP_TOOLCHAIN", "CARGO", "RUSTC", "RUSTFLAGS", "CARGO_TARGET_DIR", "CARGO_ENCODED_RUSTFLAGS"]
+    {
+        command.env_remove(variable);
+    }
+    // Another model, or another scan, is linked when a test gives it.
+    command.env_remove("LACUNA_MODEL").env_remove("LACUNA_CLOUD");
+    command.current_dir(folder().join(machine));
+    command
 }
 
 /// The Cargo toolchain argument that has the target, if any: a toolchain called `bare`, or the usual one.
-fn toolchain(triple: &str) -> Option<Vec<String>> {
+fn toolchain(machine: &str, triple: &str) -> Option<Vec<String>> {
     let has = |arguments: &[&str]| {
-        let sysroot = Command::new("rustc").args(arguments).args(["--print", "sysroot"]).output().ok()?;
+        let sysroot = tool("rustc", machine).args(arguments).args(["--print", "sysroot"]).output().ok()?;
         let path = PathBuf::from(String::from_utf8(sysroot.stdout).ok()?.trim());
         (sysroot.status.success() && path.join("lib/rustlib").join(triple).join("lib").is_dir()).then_some(())
     };
@@ -58,7 +77,7 @@ fn has_qemu(name: &str) -> bool {
 /// Where `LACUNA_REQUIRE_TARGETS=1` and something is missing.
 pub fn missing(machine: &str, triple: &str) -> Option<String> {
     let qemu = if machine == "riscv" { "qemu-system-riscv32" } else { "qemu-system-arm" };
-    let reason = match (toolchain(triple), has_qemu(qemu)) {
+    let reason = match (toolchain(machine, triple), has_qemu(qemu)) {
         (None, _) => {
             format!("no Rust toolchain has {triple} for {machine} (rustup target add {triple})")
         }
@@ -69,17 +88,23 @@ pub fn missing(machine: &str, triple: &str) -> Option<String> {
     Some(reason)
 }
 
-/// Builds a machine's firmware, with another model and scan if they are given: the ELF file.
+/// Builds a machine's firmware as it is: the ELF file.
 ///
 /// # Panics
 /// A build that fails.
-pub fn build(machine: &str, triple: &str, inputs: Option<(&Path, &Path)>) -> PathBuf {
-    let mut command = cargo(machine, triple);
-    if let Some((model, cloud)) = inputs {
-        command.env("LACUNA_MODEL", model).env("LACUNA_CLOUD", cloud);
-    }
-    finish(command, machine);
+pub fn build(machine: &str, triple: &str) -> PathBuf {
+    finish(cargo(machine, triple), machine);
     elf(machine, triple)
+}
+
+/// Builds a machine's firmware with another model and scan: an ELF file of its own.
+///
+/// # Panics
+/// A build that fails.
+pub fn build_with(machine: &str, triple: &str, model: &Path, cloud: &Path) -> PathBuf {
+    let mut command = cargo(machine, triple);
+    command.env("LACUNA_MODEL", model).env("LACUNA_CLOUD", cloud);
+    beside(command, machine, triple, "other")
 }
 
 /// Builds a machine's firmware with defmt's log: an ELF file of its own.
@@ -89,10 +114,21 @@ pub fn build(machine: &str, triple: &str, inputs: Option<(&Path, &Path)>) -> Pat
 pub fn build_logging(machine: &str, triple: &str) -> PathBuf {
     let mut command = cargo(machine, triple);
     command.args(["--features", "defmt"]).env("DEFMT_LOG", "info");
+    beside(command, machine, triple, "defmt")
+}
+
+/// Builds another firmware where the usual one is built, so that what they share is compiled once, and leaves the usual
+/// one, or none, under its name: `lacuna device --qemu` starts what it finds there.
+fn beside(command: Command, machine: &str, triple: &str, extension: &str) -> PathBuf {
+    let usual = elf(machine, triple);
+    let before = std::fs::read(&usual).ok();
     finish(command, machine);
-    let (built, kept) = (elf(machine, triple), elf(machine, triple).with_extension("defmt"));
-    std::fs::copy(built, &kept).expect("a copy of the firmware");
-    kept
+    let built = usual.with_extension(extension);
+    std::fs::rename(&usual, &built).expect("the firmware");
+    if let Some(before) = before {
+        std::fs::write(&usual, before).expect("the firmware that was there before");
+    }
+    built
 }
 
 /// Whether a machine has the Cortex-M folder of built files; otherwise it has that of RISC-V.
@@ -112,20 +148,23 @@ fn finish(mut command: Command, machine: &str) {
 
 /// Cargo, about to build a machine's firmware.
 fn cargo(machine: &str, triple: &str) -> Command {
-    let mut command = Command::new("cargo");
-    command.args(toolchain(triple).unwrap_or_default()).args(["build", "--release", "--quiet"]);
-    // Cargo tells its children which toolchain it is; this one is another.
-    for variable in
-        ["RUSTUP_TOOLCHAIN", "CARGO", "RUSTC", "RUSTFLAGS", "CARGO_TARGET_DIR", "CARGO_ENCODED_RUSTFLAGS"]
-    {
-        command.env_remove(variable);
-    }
-    command.current_dir(folder().join(machine));
+    let mut command = tool("cargo", machine);
+    let toolchain = toolchain(machine, triple).unwrap_or_default();
+    command.args(toolchain).args(["build", "--release", "--quiet"]);
     command
 }
 
 /// A firmware's example takes less than this, or it never ends: seconds on a slow computer.
 const LONGEST: Duration = Duration::from_secs(300);
+
+/// Everything from a pipe, read while the program at its other end goes on.
+fn drained(mut pipe: impl Read + Send + 'static) -> JoinHandle<Vec<u8>> {
+    std::thread::spawn(move || {
+        let mut bytes = Vec::new();
+        pipe.read_to_end(&mut bytes).expect("what it printed");
+        bytes
+    })
+}
 
 /// Runs a firmware's example.
 ///
@@ -135,14 +174,24 @@ pub fn run(machine: &str, elf: &Path) -> Run {
     let mut command = Command::new(folder().join("qemu.sh"));
     command.arg(machine).arg(elf).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = command.spawn().expect("qemu.sh");
+    let output = drained(child.stdout.take().expect("a pipe"));
+    let log = drained(child.stderr.take().expect("a pipe"));
     let end = Instant::now() + LONGEST;
-    while child.try_wait().expect("a child").is_none() {
+    let status = loop {
+        if let Some(status) = child.try_wait().expect("a child") {
+            break status;
+        }
         assert!(Instant::now() < end || child.kill().is_err(), "{machine} does not come to an end");
         std::thread::sleep(Duration::from_millis(20));
-    }
-    let output = child.wait_with_output().expect("what it printed");
-    let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(output.status.success(), "{machine}: {text}{}", String::from_utf8_lossy(&output.stderr));
+    };
+    let [output, log] = [output, log].map(|pipe| pipe.join().expect("what it printed"));
+    let text = String::from_utf8_lossy(&output);
+    assert!(status.success(), "{machine}: {text}{}", String::from_utf8_lossy(&log));
+    Run { log, ..printed(&text) }
+}
+
+/// What a firmware's lines say.
+fn printed(text: &str) -> Run {
     let mut run = Run::default();
     for line in text.lines() {
         let words: Vec<&str> = line.split_whitespace().collect();

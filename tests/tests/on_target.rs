@@ -7,11 +7,11 @@ use lacuna::Model;
 use lacuna::pose_fit::Hint;
 use lacuna_fixtures::GOLDEN;
 use lacuna_host::device::{self, Client, Machine, Qemu, Timing};
-use lacuna_host::verify::{Case, Class};
-use lacuna_tests::firmware::{MACHINES, Run, build, folder, is_cortex, missing, run};
+use lacuna_host::verify::{CLASSES, Case, Class};
+use lacuna_tests::firmware::{MACHINES, Run, build, build_with, folder, is_cortex, missing, run};
 use lacuna_tests::required::lacks;
 use lacuna_tests::small::{small, small_depth};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -68,8 +68,11 @@ fn sizes(elf: &Path) -> Option<[u64; 2]> {
     Some([text + data, data + bss])
 }
 
-fn row(run: &Run, [flash, ram]: [u64; 2]) -> Vec<u64> {
-    let counts = WORK.map(|name| run.counts.get(name).copied().unwrap_or(0));
+fn row(machine: &str, run: &Run, [flash, ram]: [u64; 2]) -> Vec<u64> {
+    let counted: BTreeSet<&str> = run.counts.keys().map(String::as_str).collect();
+    assert_eq!(counted, BTreeSet::from(WORK), "{machine}: kinds of work that are counted");
+    assert!(run.stack > 0, "{machine}: its stack is not measured");
+    let counts = WORK.map(|name| run.counts[name]);
     counts.into_iter().chain([counts.iter().sum(), flash, ram, run.stack]).collect()
 }
 
@@ -120,14 +123,21 @@ fn write(rows: &BTreeMap<String, Vec<u64>>) {
 fn measured(cortex: bool) -> Vec<(String, Vec<u64>)> {
     let row_of = |(machine, triple): (&str, &str)| {
         let _one = alone(machine);
-        let elf = build(machine, triple, None);
+        let elf = build(machine, triple);
         assert_no_panic_path(machine, &elf);
         let run = run(machine, &elf);
         assert_golden(machine, "built-in", &run);
-        (machine.to_string(), row(&run, sizes(&elf).expect("size, of binutils")))
+        let Some(sizes) = sizes(&elf) else {
+            lacks(
+                "TARGETS",
+                &format!("size, which tells flash and RAM: {machine} is not compared with its row"),
+            );
+            return None;
+        };
+        Some((machine.to_string(), row(machine, &run, sizes)))
     };
     let family = MACHINES.into_iter().filter(|(machine, _)| is_cortex(machine) == cortex);
-    family.filter(|(machine, triple)| missing(machine, triple).is_none()).map(row_of).collect()
+    family.filter(|(machine, triple)| missing(machine, triple).is_none()).filter_map(row_of).collect()
 }
 
 /// Two per cent more than what is written down is a failure; less than that, a reason to write it anew.
@@ -191,6 +201,9 @@ fn assert_serves(machine: &str, elf: &Path) {
     }
 }
 
+/// A fixture that the emulators leave out: "mirror" is the same class with more in it, and "small" has no mirror either.
+const LEFT_OUT: &str = "side";
+
 /// The other fixtures have models of their own: each is built for one of two kinds of processor in turn, the one that is
 /// served too for both.
 #[test]
@@ -209,7 +222,8 @@ fn fixtures_with_other_models_compute_the_golden_bits() {
 fn assert_fixtures((machine, triple): (&str, &str), (turn, turns): (usize, usize)) {
     let folder = tempfile::tempdir().unwrap();
     let (model, cloud) = (folder.path().join("model.lacuna"), folder.path().join("scan.cloud"));
-    for (number, class) in lacuna_host::verify::CLASSES.iter().enumerate() {
+    let classes = CLASSES.iter().filter(|class| class.name != LEFT_OUT);
+    for (number, class) in classes.enumerate() {
         let served = class.name == Class::SMALL.name;
         if number % turns != turn && !served {
             continue;
@@ -218,7 +232,7 @@ fn assert_fixtures((machine, triple): (&str, &str), (turn, turns): (usize, usize
         std::fs::write(&model, &case.model).unwrap();
         std::fs::write(&cloud, case.points.packed().to_bytes(&case.pose, Hint::Exact)).unwrap();
         let _one = alone(machine);
-        let elf = build(machine, triple, Some((&model, &cloud)));
+        let elf = build_with(machine, triple, &model, &cloud);
         assert_golden(machine, class.name, &run(machine, &elf));
         if served {
             assert_serves(machine, &elf);

@@ -2,6 +2,7 @@
 
 use lacuna_tests::program::{json, refuses, succeeds};
 use lacuna_tests::tcp_device;
+use std::net::TcpListener;
 use tempfile::tempdir;
 
 #[test]
@@ -103,8 +104,11 @@ fn info_names_machine_and_model() {
 #[test]
 fn a_device_that_is_not_there_is_named() {
     let folder = tempdir().unwrap();
-    let complaint = refuses(folder.path(), &["device", "info", "--tcp", "127.0.0.1:9"]);
-    assert!(complaint.contains("cannot reach 127.0.0.1:9"), "{complaint}");
+    // A port that nobody listens at any more.
+    let address = TcpListener::bind("127.0.0.1:0").and_then(|listener| listener.local_addr());
+    let address = address.expect("a free port").to_string();
+    let complaint = refuses(folder.path(), &["device", "info", "--tcp", &address]);
+    assert!(complaint.contains(&format!("cannot reach {address}")), "{complaint}");
     let complaint = refuses(folder.path(), &["device", "info", "--serial", "/no/such/port"]);
     assert!(complaint.contains("/no/such/port"), "{complaint}");
     let complaint = refuses(folder.path(), &["device", "info", "--qemu", "m7", "--firmware", "nothing.elf"]);
