@@ -35,7 +35,8 @@ static SCAN: [u8; include_bytes!(concat!(env!("OUT_DIR"), "/scan.cloud")).len()]
 pub fn run<M: Machine>(mut machine: M) -> ! {
     stack::paint(&machine);
     let code = if is_asked_to_serve() {
-        i32::from(serve::run(&mut machine).is_none())
+        serve::run(&mut machine);
+        1
     } else {
         i32::from(example::run(&mut machine).is_err())
     };

@@ -87,3 +87,29 @@ impl<B: Board> Machine for Mps<B> {
         (&raw const _stack_end) as usize..(&raw const _stack_start) as usize
     }
 }
+
+/// The program of a board: its processor's name, and where its serial port and FPGAIO lie. The crate that asks for it depends
+/// on cortex-m-rt.
+#[macro_export]
+macro_rules! mps_firmware {
+    ($name:literal, uart: $uart:literal, fpgaio: $fpgaio:literal) => {
+        enum An {}
+
+        impl $crate::mps::Board for An {
+            const NAME: &'static str = $name;
+            const UART: usize = $uart;
+            const FPGAIO: usize = $fpgaio;
+        }
+
+        #[cortex_m_rt::entry]
+        fn main() -> ! {
+            // SAFETY: called once, on the board this firmware is for.
+            $crate::run(unsafe { $crate::mps::Mps::<An>::new() })
+        }
+
+        #[cortex_m_rt::exception]
+        unsafe fn HardFault(_: &cortex_m_rt::ExceptionFrame) -> ! {
+            $crate::fault()
+        }
+    };
+}

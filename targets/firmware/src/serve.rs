@@ -65,12 +65,12 @@ impl<M: Machine> Write for Line<'_, M> {
 }
 
 /// Serves for ever; returns only where the static memory has been handed out before.
-pub fn run<M: Machine>(machine: &mut M) -> Option<()> {
-    let (memory::Scan { points, rows }, memory) = memory::take()?;
+pub fn run<M: Machine>(machine: &mut M) {
+    let (Some((scan, memory)), Some(wire)) = (memory::take(), WIRE.try_take()) else { return };
     let scale = Scale::measure(machine);
     let last = machine.ticks();
     let mut line = Line { machine, scale, waiting: None, last, ticks: 0 };
+    let memory::Scan { points, rows } = scan;
     let device = Device { machine: M::NAME, model: &MODEL, points, rows, memory };
-    serve(&mut line, device, WIRE.try_take()?);
-    None
+    serve(&mut line, device, wire);
 }
