@@ -3,7 +3,7 @@
 use divan::{Bencher, black_box};
 use lacuna::completion::{self, Settings};
 use lacuna::pose_fit::{ROUNDS, Round};
-use lacuna::{Arithmetic, Fixed, Float, HullBuilder, Reach, Sizes};
+use lacuna::{Arithmetic, Fixed, Float, HullBuilder, Reach, Schedule, Sizes};
 use lacuna_host::complete::{Completion, Options, complete};
 use lacuna_host::distance::Surface;
 use lacuna_host::fit::{Buffers, Fit, dense, fit};
@@ -13,7 +13,7 @@ use lacuna_host::register::register;
 use lacuna_host::report;
 use lacuna_host::surface::{Volume, marching_cubes};
 use lacuna_host::synth::Head;
-use lacuna_tests::{default_schedule, head_points, in_voxels, model, voxel_pose};
+use lacuna_tests::{head_points, in_voxels, model, voxel_pose};
 
 fn main() {
     divan::main();
@@ -22,7 +22,7 @@ fn main() {
 /// A whole head through hull, global fit, local fit and both sets of distances.
 fn whole_fit<A: Arithmetic>() -> Fit {
     let model = model();
-    let settings = Settings { reach: Reach::of(&model), rounds: &[], schedule: default_schedule(&model) };
+    let settings = Settings { reach: Reach::of(&model), rounds: &[], schedule: Schedule::of(&model) };
     fit::<A>(&model, &head_points(1000).packed(), &voxel_pose(&model), settings).unwrap()
 }
 
@@ -59,7 +59,7 @@ fn hull_of_a_head(bencher: Bencher) {
 fn completion(bencher: Bencher, refined: bool) {
     let model = model();
     let points = head_points(1000).packed();
-    let schedule = default_schedule(&model);
+    let schedule = Schedule::of(&model);
     let rounds: &[Round] = if refined { &ROUNDS } else { &[] };
     let settings = Settings { reach: Reach::of(&model), rounds, schedule };
     let mut buffers = Buffers::<Fixed>::new(&Sizes::required(&model, &schedule).unwrap());

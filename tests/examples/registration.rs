@@ -15,6 +15,7 @@ use lacuna_host::quantile::median;
 use lacuna_host::register::umeyama::similarity;
 use lacuna_host::register::{refine_hint, register};
 use lacuna_host::surface::{Volume, marching_cubes};
+use lacuna_tests::nine::nine_names;
 use lacuna_tests::real_data;
 use lacuna_tests::registration::{
     Difference, Way, cpu_seconds, moved, placed as at, similarity_of, to_voxels,
@@ -60,7 +61,9 @@ fn main() {
     let bytes = [faces(&face_data), femurs(&bones)];
     let models = bytes.each_ref().map(|bytes| Model::from_bytes(bytes).expect("a model"));
     let mut subjects = subjects(&models, &face_data, &scans);
+    let names: Vec<String> = subjects.iter().map(|subject| subject.name.clone()).collect();
     subjects.retain(|subject| subject.name.starts_with(&options.only));
+    assert!(!subjects.is_empty(), "--only {}: there are {}", options.only, names.join(", "));
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let ways: Vec<(usize, Way)> =
         (0..options.poses).map(|i| (i % subjects.len(), Way::random(&mut random))).collect();
@@ -91,9 +94,7 @@ impl Options {
 }
 
 fn subjects(models: &[Model<'_>; 2], faces: &Path, scans: &Path) -> Vec<Subject> {
-    let names =
-        (0..3).flat_map(|t| ["front", "side", "stitched"].map(|kind| format!("target_{t:02}_{kind}")));
-    let mut all: Vec<Subject> = names.map(|name| face(&models[0], &scans.join(name))).collect();
+    let mut all: Vec<Subject> = nine_names().map(|name| face(&models[0], &scans.join(name))).collect();
     for name in ["femur_target_00_side", "femur_target_01_fragment"] {
         all.push(femur(&models[1], &scans.join(name)));
     }
@@ -103,8 +104,7 @@ fn subjects(models: &[Model<'_>; 2], faces: &Path, scans: &Path) -> Vec<Subject>
 
 fn face(model: &Model<'_>, folder: &Path) -> Subject {
     let sample = real(folder);
-    let scan_to_model = sample.model_to_scan.try_inverse().expect("a similarity");
-    let truth = to_voxels(model, &nalgebra::convert_unchecked(scan_to_model));
+    let truth = to_voxels(model, &nalgebra::convert_unchecked(sample.scan_to_model()));
     Subject { name: sample.name, class: 0, scan: sample.scan, truth }
 }
 
@@ -112,8 +112,7 @@ fn face(model: &Model<'_>, folder: &Path) -> Subject {
 fn femur(model: &Model<'_>, folder: &Path) -> Subject {
     let sample = real(folder);
     let whole = register(model, &sample.truth, 1).expect("the whole bone's pose");
-    let scan_to_whole: Similarity3<f64> =
-        nalgebra::convert_unchecked(sample.model_to_scan.try_inverse().expect("a similarity"));
+    let scan_to_whole: Similarity3<f64> = nalgebra::convert_unchecked(sample.scan_to_model());
     let truth = similarity_of(&whole.placed) * scan_to_whole;
     Subject { name: sample.name, class: 1, scan: sample.scan, truth }
 }

@@ -7,9 +7,11 @@ use lacuna::{Fixed, Model};
 use lacuna_host::complete::{Completion, Options, complete, picture};
 use lacuna_host::io::atomic;
 use lacuna_host::quantile::median;
+use lacuna_tests::nine::nine_names;
 use lacuna_tests::program::json;
 use lacuna_tests::sample::{Sample, heads, real};
 use lacuna_tests::seam::{largest_step, steps};
+use lacuna_tests::trained::training_faces;
 use lacuna_tests::{model, real_data};
 use serde_json::Value;
 use std::fmt::Write;
@@ -153,15 +155,12 @@ fn shared(faces: &Path, folder: &Path, femurs: &Path, work: &Path, page: &Path) 
          simulated structured light. Expected at `../shared/data`.\n\n",
     );
     let absolute = |path: PathBuf| std::fs::canonicalize(path).expect("a path").display().to_string();
-    let train: Vec<String> =
-        (0..30).map(|i| absolute(faces.join(format!("train/train_{i:03}.ply")))).collect();
+    let train: Vec<String> = training_faces(&faces.join("train"), 0..30).into_iter().map(absolute).collect();
     let mut arguments: Vec<&str> = vec!["train", "--json", "-o", "face.lacuna", "--spacing", "3.3"];
     arguments.extend(train.iter().map(String::as_str));
     json(work, &arguments);
     out += "```sh\nlacuna train ../shared/data/faces/train/train_0[0-2]*.ply -o face.lacuna --spacing 3.3\nlacuna complete ../shared/data/scans/target_00_front/mesh.ply --model face.lacuna -o done.ply\npython3 ../shared/score.py scan ../shared/data/scans/target_00_front done.ply\n```\n\n";
-    let names =
-        (0..3).flat_map(|t| ["front", "side", "stitched"].map(|kind| format!("target_{t:02}_{kind}")));
-    let samples: Vec<Sample> = names.map(|name| real(&folder.join(name))).collect();
+    let samples: Vec<Sample> = nine_names().map(|name| real(&folder.join(name))).collect();
     out += &by_model(&work.join("face.lacuna"), &samples, page, "target_00_side");
     let [train, targets] = ["train", "targets"].map(|place| absolute(faces.join(place)));
     let arguments = ["--train", &train, "--targets", &targets, "--spacing", "3.3", "--draws", "1"];

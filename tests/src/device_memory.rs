@@ -3,7 +3,7 @@
 use lacuna::cloud::Packed;
 use lacuna::wire::device::{Ended, Port};
 use lacuna::wire::{Buffers, Device, serve};
-use lacuna::{Fixed, Model, Sizes};
+use lacuna::{Fixed, Model, Schedule, Sizes};
 
 /// Pixels of a depth image that a device keeps, as the firmware does.
 const ROWS: usize = 2560;
@@ -22,7 +22,7 @@ impl DeviceMemory {
     /// Enough for a model with any iterations, and none where the model is refused.
     pub fn new(model: &[u8], points: usize) -> Self {
         let model = Model::from_bytes(model).ok();
-        let sizes = model.and_then(|model| Sizes::required(&model, &crate::momentum_schedule(&model)).ok());
+        let sizes = model.and_then(|model| Sizes::required(&model, &Schedule::with_momentum(&model)).ok());
         Self {
             points: vec![[0; 6]; points],
             rows: vec![0; ROWS],

@@ -1,11 +1,12 @@
 //! Shared helpers of the tests: the built-in model, the program, borrowed buffers, real data.
 
 pub mod browser;
-pub mod buffers;
 pub mod device_memory;
 pub mod expected_errors;
 pub mod firmware;
+pub mod framed;
 pub mod fuzz;
+pub mod image;
 pub mod line;
 pub mod looks;
 pub mod nasty;
@@ -20,24 +21,18 @@ pub mod small;
 pub mod tcp_device;
 pub mod trained;
 
-use lacuna::{Model, Pose, Schedule};
+use lacuna::{Model, Pose};
 use lacuna_host::points::{OrientedPoints, thin};
 use lacuna_host::synth::Head;
 use std::path::PathBuf;
+use std::sync::LazyLock;
 
 /// The built-in model.
 pub fn model() -> Model<'static> {
-    Model::from_bytes(lacuna_fixtures::MODEL).expect("the built-in model")
-}
-
-/// The schedule that ships, for a model's own stride.
-pub fn default_schedule(model: &Model<'_>) -> Schedule<'static> {
-    Schedule::of(model)
-}
-
-/// The schedule with momentum, which needs the most memory.
-pub fn momentum_schedule(model: &Model<'_>) -> Schedule<'static> {
-    Schedule::with_momentum(model)
+    // Once: each of its bytes is looked at.
+    static MODEL: LazyLock<Model<'static>> =
+        LazyLock::new(|| Model::from_bytes(lacuna_fixtures::MODEL).expect("the built-in model"));
+    MODEL.clone()
 }
 
 /// From the frame of the training shapes to voxels.

@@ -10,7 +10,7 @@ use std::ops::Range;
 /// The angle in degrees that 99 % of the edges between two inferred vertices do not bend by.
 pub fn sharpest_bend(merged: &Merged) -> f64 {
     let mesh = &merged.mesh;
-    let normals: Vec<Vector> = (0..mesh.triangles.len()).map(|t| normal(mesh, t)).collect();
+    let normals: Vec<Vector> = (0..mesh.triangles.len()).map(|t| mesh.normal_of(t)).collect();
     let inferred = |v: &u32| merged.labels[*v as usize] == INFERRED;
     let inner = Edges::of(mesh).list.into_iter().filter(|e| e.uses == 2 && e.ends.iter().all(inferred));
     let bend = |sides: [u32; 2]| {
@@ -20,11 +20,6 @@ pub fn sharpest_bend(merged: &Merged) -> f64 {
     let mut bends: Vec<f64> = inner.map(|edge| bend(edge.sides)).collect();
     bends.sort_by(f64::total_cmp);
     bends.get(bends.len() * 99 / 100).copied().unwrap_or(0.0)
-}
-
-fn normal(mesh: &Mesh, triangle: usize) -> Vector {
-    let [a, b, c] = mesh.corners(triangle);
-    (b - a).cross(&(c - a)).normalize()
 }
 
 /// Length of the longest rim over its length after smoothing over `width`, in the mesh's unit; 1 without a rim.

@@ -10,19 +10,22 @@ use lacuna_host::io;
 use lacuna_host::mesh::Mesh;
 use std::sync::OnceLock;
 
+/// Their names.
+pub fn nine_names() -> impl Iterator<Item = String> {
+    (0..3).flat_map(|face| ["front", "side", "stitched"].map(|kind| format!("target_{face:02}_{kind}")))
+}
+
 /// From the front, from the side and stitched from three views, in unknown poses; none without the real data.
 pub fn nine_faces() -> Option<&'static [(Sample, Completion)]> {
     static DONE: OnceLock<Option<Vec<(Sample, Completion)>>> = OnceLock::new();
     let completed = || {
         let (scans, model) = (real_data("scans")?, thirty_faces()?);
-        let kinds = ["front", "side", "stitched"];
-        let names = kinds.iter().flat_map(|kind| (0..3).map(move |face| format!("target_{face:02}_{kind}")));
         let one = |name: String| {
             let sample = real(&scans.join(&name));
             let completion = complete::<Fixed>(&model, &sample.scan, &Options::of(&model));
             (sample, completion.unwrap_or_else(|error| panic!("{name}: {error}")))
         };
-        Some(names.map(one).collect())
+        Some(nine_names().map(one).collect())
     };
     DONE.get_or_init(completed).as_deref()
 }

@@ -1,9 +1,10 @@
 //! Frames as no host sends them: noise, truncated and repeated frames, requests out of order, wrong fields.
 
+use crate::framed::framed;
 use lacuna::Pose;
 use lacuna::cloud::POINT_BYTES;
 use lacuna::depth::{Camera, Frame};
-use lacuna::wire::frame::{Header, MAX_FRAME, MAX_MESSAGE, encode};
+use lacuna::wire::frame::Header;
 use lacuna::wire::message::{
     Begin, BeginDepth, Hint, Iterations, MAX_BATCH, MAX_DATA, Request, VERSION, Vector,
 };
@@ -67,14 +68,17 @@ impl<'s> Rubbish<'s> {
 
     fn whole(&mut self, message: &impl serde::Serialize) -> Vec<u8> {
         let header = Header { session: self.session, sequence: self.rng.random_range(0..9) };
-        framed(header, message)
+        framed(header, message).expect("short enough")
+    }
+
+    fn asked(&self, sequence: u32, request: &Request<'_>) -> Vec<u8> {
+        framed(Header { session: self.session, sequence }, request).expect("short enough")
     }
 
     /// A session that begins well and goes on anyhow.
     fn conversation(&mut self) -> Vec<Vec<u8>> {
         self.session = self.session.wrapping_add(1).max(1);
-        let hello =
-            framed(Header { session: self.session, sequence: 0 }, &Request::Hello { version: VERSION });
+        let hello = self.asked(0, &Request::Hello { version: VERSION });
         let requests = self.rng.random_range(0..12);
         let frames: Vec<_> =
             std::iter::once(hello).chain((1..=requests).map(|sequence| self.request(sequence))).collect();
@@ -115,7 +119,7 @@ impl<'s> Rubbish<'s> {
                 Request::DepthRows { row, column, pixels: bytes.get(..most).unwrap_or(&bytes) }
             }
         };
-        framed(Header { session: self.session, sequence }, &request)
+        self.asked(sequence, &request)
     }
 
     /// A depth image of a few rows, or one that is none.
@@ -145,9 +149,4 @@ impl<'s> Rubbish<'s> {
             _ => begin,
         }
     }
-}
-
-fn framed(header: Header, message: &impl serde::Serialize) -> Vec<u8> {
-    let (mut scratch, mut frame) = ([0; MAX_MESSAGE], [0; MAX_FRAME]);
-    encode(header, message, &mut scratch, &mut frame).expect("short enough").to_vec()
 }

@@ -70,9 +70,14 @@ pub fn real(folder: &Path) -> Sample {
 }
 
 impl Sample {
+    /// From the scan's frame to the model's.
+    pub fn scan_to_model(&self) -> Matrix4<f64> {
+        self.model_to_scan.try_inverse().expect("a similarity")
+    }
+
     /// Degrees between the pose found and the true one.
     pub fn degrees_off(&self, placed: &Placed) -> f64 {
-        let truth = self.model_to_scan.try_inverse().expect("a similarity");
+        let truth = self.scan_to_model();
         let rotation = placed.pose.rotation;
         let entry = |i: usize, j: usize| if i < 3 && j < 3 { f64::from(rotation[i][j]) } else { 0.0 };
         let rows =

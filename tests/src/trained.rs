@@ -4,6 +4,7 @@
 use crate::program::{json, succeeds};
 use crate::real_data;
 use lacuna::Model;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::OnceLock;
@@ -18,14 +19,17 @@ pub fn thirty_faces() -> Option<Model<'static>> {
 pub fn thirty_faces_bytes() -> Option<&'static [u8]> {
     static TRAINED: OnceLock<Option<Trained>> = OnceLock::new();
     let made = || {
-        Some(train_watched(&thirty(&real_data("faces/train")?), &["--spacing", "3.3", "--no-calibration"]))
+        Some(train_watched(
+            &training_faces(&real_data("faces/train")?, 0..30),
+            &["--spacing", "3.3", "--no-calibration"],
+        ))
     };
     TRAINED.get_or_init(made).as_ref().map(|trained| trained.model.as_slice())
 }
 
-/// The training shapes of thirty faces, in their folder.
-fn thirty(faces: &Path) -> Vec<PathBuf> {
-    (0..30).map(|i| faces.join(format!("train_{i:03}.ply"))).collect()
+/// Training shapes of faces in their folder.
+pub fn training_faces(folder: &Path, numbers: Range<usize>) -> Vec<PathBuf> {
+    numbers.map(|i| folder.join(format!("train_{i:03}.ply"))).collect()
 }
 
 /// The built-in model from its seeds, by the program and its files, not calibrated.
@@ -78,7 +82,7 @@ fn peak(process: u32) -> Option<u64> {
 
 /// Thirty faces at 3.3 mm.
 pub fn faces(folder: &Path) -> Vec<u8> {
-    trained("face.lacuna", &["--spacing", "3.3"], thirty(&folder.join("train")))
+    trained("face.lacuna", &["--spacing", "3.3"], training_faces(&folder.join("train"), 0..30))
 }
 
 /// Eight femurs.

@@ -5,7 +5,7 @@
 
 use lacuna::Model;
 use lacuna::pose_fit::Hint;
-use lacuna_fixtures::GOLDEN;
+use lacuna_fixtures::golden;
 use lacuna_host::device::{self, Client, Machine, Qemu, Timing};
 use lacuna_host::verify::{CLASSES, Case, Class};
 use lacuna_tests::firmware::{MACHINES, Run, build, build_with, folder, is_cortex, missing, run};
@@ -27,15 +27,7 @@ fn alone(machine: &str) -> MutexGuard<'static, ()> {
 }
 
 fn assert_golden(machine: &str, name: &str, run: &Run) {
-    let golden = GOLDEN.iter().find(|golden| golden.name == name).expect("a golden case");
-    let expected = [
-        ("pose", golden.pose),
-        ("hull", golden.hull),
-        ("global", golden.global),
-        ("local", golden.local),
-        ("distances", golden.distances),
-    ];
-    for (stage, digest) in expected {
+    for (stage, digest) in golden(name).expect("a golden case").stages() {
         assert_eq!(
             run.digests.get(stage),
             Some(&digest),

@@ -122,7 +122,7 @@ pub fn fixtures() -> Result<Vec<Report>, Failure> {
 }
 
 fn golden(name: &str) -> Option<Digests> {
-    let found = lacuna_fixtures::GOLDEN.iter().find(|golden| golden.name == name)?;
+    let found = lacuna_fixtures::golden(name)?;
     Some(Digests {
         pose: found.pose,
         hull: found.hull,

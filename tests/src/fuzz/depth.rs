@@ -2,6 +2,7 @@
 
 use super::meshes::check;
 use super::source::Source;
+use crate::image::grey;
 use lacuna::digest::Digest;
 use lacuna_host::io::read_scan;
 use std::cell::LazyCell;
@@ -12,7 +13,7 @@ use tempfile::TempDir;
 pub fn run(bytes: &[u8]) {
     let mut source = Source(bytes);
     let (json, png) = match source.byte() % 4 {
-        0 => (source.0.to_vec(), image(2, 2, &[9; 8])),
+        0 => (source.0.to_vec(), grey([2; 2], &[9; 8])),
         1 => (description(1.0), source.0.to_vec()),
         2 => {
             let mut png = source.0.to_vec();
@@ -24,7 +25,7 @@ pub fn run(bytes: &[u8]) {
             let focus = f64::from(source.float());
             let mut pixels = source.0.to_vec();
             pixels.resize(2 * width * height, 0);
-            (description(focus), image(width as u32, height as u32, &pixels))
+            (description(focus), grey([width as u32, height as u32], &pixels))
         }
     };
     read(&json, &png);
@@ -52,7 +53,7 @@ fn read(json: &[u8], png: &[u8]) {
 /// A description, images of all kinds, pixels.
 pub fn seeds() -> Vec<Vec<u8>> {
     let pixels: Vec<u8> = (0..288u32).map(|i| (i * i / 7 % 40) as u8).collect();
-    let small = image(5, 4, &pixels[..40]);
+    let small = grey([5, 4], &pixels[..40]);
     vec![
         [&[0][..], &description(300.0)].concat(),
         [&[1][..], &small].concat(),
@@ -68,18 +69,6 @@ fn description(focus: f64) -> Vec<u8> {
          [[1, 0, 0, 5], [0, 1, 0, 6], [0, 0, 1, 7], [0, 0, 0, 1]]}}]}}"
     )
     .into_bytes()
-}
-
-/// A 16-bit greyscale PNG.
-fn image(width: u32, height: u32, pixels: &[u8]) -> Vec<u8> {
-    let mut bytes = vec![];
-    let mut encoder = png::Encoder::new(&mut bytes, width, height);
-    encoder.set_color(png::ColorType::Grayscale);
-    encoder.set_depth(png::BitDepth::Sixteen);
-    let mut writer = encoder.write_header().expect("a small image");
-    writer.write_image_data(pixels).expect("as many pixels as announced");
-    writer.finish().expect("memory");
-    bytes
 }
 
 /// Makes the checksums of the chunks good, so that damage reaches what is behind them.

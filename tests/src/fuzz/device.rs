@@ -7,7 +7,7 @@ use embedded_io::{ErrorKind, ErrorType, Read, ReadReady, Write};
 use lacuna::completion::Digests;
 use lacuna::depth::{Camera, Frame};
 use lacuna::wire::device::{Ended, Port};
-use lacuna::wire::frame::{Event, Header, MAX_FRAME, MAX_MESSAGE, Receiver, encode};
+use lacuna::wire::frame::{Event, Header, Receiver};
 use lacuna::wire::message::{
     Begin, BeginDepth, Hint, Iterations, MAX_BATCH, Reply, Request, VERSION, Vector,
 };
@@ -248,6 +248,5 @@ impl Serialize for Raw<'_> {
 
 /// A frame, empty where the message is too long for one.
 pub fn framed(header: Header, message: &impl Serialize) -> Vec<u8> {
-    let (mut scratch, mut frame) = ([0; MAX_MESSAGE], [0; MAX_FRAME]);
-    encode(header, message, &mut scratch, &mut frame).unwrap_or(&[]).to_vec()
+    crate::framed::framed(header, message).unwrap_or_default()
 }

@@ -2,6 +2,8 @@
 
 use super::Expected::{Accepted, Refused};
 use super::{Nasty, case};
+use crate::image::{grey, png};
+use png::{BitDepth, ColorType};
 
 pub(super) fn cases() -> Vec<Nasty> {
     [descriptions(), images()].concat()
@@ -37,25 +39,13 @@ fn view(name: &str, camera: &str, pose: &str, image: Vec<u8>, expected: super::E
     Nasty { name: format!("{name}.json"), bytes: json.into_bytes(), beside, expected }
 }
 
-fn image(side: u32, colour: png::ColorType, bits: png::BitDepth, pixels: &[u8]) -> Vec<u8> {
-    let mut bytes = vec![];
-    let mut encoder = png::Encoder::new(&mut bytes, side, side);
-    encoder.set_color(colour);
-    encoder.set_depth(bits);
-    let mut writer = encoder.write_header().expect("a small image");
-    writer.write_image_data(pixels).expect("as many pixels as announced");
-    writer.finish().expect("memory");
-    bytes
-}
-
 fn images() -> Vec<Nasty> {
-    use png::{BitDepth, ColorType};
     let slope: Vec<u8> = (0..256u16).flat_map(|i| (3000 + i / 16 + i % 16).to_be_bytes()).collect();
-    let grey = |pixels: &[u8]| image(16, ColorType::Grayscale, BitDepth::Sixteen, pixels);
+    let grey = |pixels: &[u8]| grey([16; 2], pixels);
     let good = || grey(&slope);
-    let eight = image(16, ColorType::Grayscale, BitDepth::Eight, &slope[..256]);
+    let eight = png([16; 2], ColorType::Grayscale, BitDepth::Eight, &slope[..256]);
     let colours =
-        image(16, ColorType::Rgb, BitDepth::Eight, &[slope.clone(), slope[..256].to_vec()].concat());
+        png([16; 2], ColorType::Rgb, BitDepth::Eight, &[slope.clone(), slope[..256].to_vec()].concat());
     let swapped = |from: &str, to: &str| CAMERA.replace(from, to);
     let sized = format!("{CAMERA},\"width\":99,\"height\":16");
     let mirrored = "[[-1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]";

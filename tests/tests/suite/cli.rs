@@ -1,7 +1,7 @@
 //! What the program does when all is well: files, numbers, exit code 0.
 
 use lacuna_tests::program::{files, json, lacuna, succeeds};
-use lacuna_tests::{default_schedule, degrees_between, model};
+use lacuna_tests::{degrees_between, model};
 use serde_json::Value;
 use std::path::Path;
 use tempfile::tempdir;
@@ -196,7 +196,7 @@ fn inspect_writes_the_constants_that_firmware_is_built_with() {
     let folder = tempdir().unwrap();
     succeeds(folder.path(), &["inspect", "--rust", "sizes.rs"]);
     let text = std::fs::read_to_string(folder.path().join("sizes.rs")).unwrap();
-    let sizes = lacuna::Sizes::required(&model(), &default_schedule(&model())).unwrap();
+    let sizes = lacuna::Sizes::required(&model(), &lacuna::Schedule::of(&model())).unwrap();
     for (name, value) in
         [("TARGETS", sizes.targets), ("WEIGHTS", sizes.weights), ("POSE_SUMS", sizes.pose_sums)]
     {

@@ -219,17 +219,14 @@ fn one_left_out_needs_enough_others() {
 #[test]
 fn a_scan_that_cannot_be_verified_is_named_and_those_before_it_are_told() {
     let folder = folder_with("good.ply", lacuna_fixtures::SCAN);
-    std::fs::write(folder.path().join("flat.ply"), FLAT).unwrap();
+    let flat = ply(&["0 0 0", "200 0 0", "0 200 0"], &["3 0 1 2"]);
+    std::fs::write(folder.path().join("flat.ply"), flat).unwrap();
     let output = lacuna(folder.path(), &["verify", "good.ply", "flat.ply", "--json"]);
     assert_eq!(output.status.code(), Some(1));
     assert_says(&String::from_utf8_lossy(&output.stderr), &["flat.ply: "]);
     let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((told[0]["case"].as_str(), told.as_array().map(Vec::len)), (Some("good.ply"), Some(1)));
 }
-
-/// A triangle: no scan.
-const FLAT: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
-    element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n200 0 0\n0 200 0\n3 0 1 2\n";
 
 #[cfg(target_os = "linux")]
 #[test]

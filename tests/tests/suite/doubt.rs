@@ -1,21 +1,18 @@
 //! A fit comes to an end whatever the scan was: what a device can tell from its outcome alone.
 
 use lacuna::cloud::{Bytes, Packed};
-use lacuna::completion::{Completion, Doubt, Outcome, Settings};
+use lacuna::completion::{Doubt, Outcome, Settings};
 use lacuna::pose_fit::ROUNDS;
-use lacuna::{Cloud, Error, Fixed, Pose, Reach, Sizes};
-use lacuna_host::fit::Buffers;
-use lacuna_tests::{default_schedule, model};
+use lacuna::{Error, Fixed, Pose, Reach, Schedule};
+use lacuna_host::fit::fit;
+use lacuna_host::points::PackedPoints;
+use lacuna_tests::model;
 
 fn outcome(points: &[Packed], pose: Pose) -> Result<Outcome, Error> {
     let (model, step) = (model(), Bytes(lacuna_fixtures::PACKED_SCAN).step());
-    let schedule = default_schedule(&model);
-    let settings = Settings { reach: Reach::of(&model), rounds: &ROUNDS, schedule };
-    let mut buffers = Buffers::<Fixed>::new(&Sizes::required(&model, &schedule)?);
-    let cloud = Cloud::new(points, step)?;
-    let mut job = Completion::new(&model, cloud, pose, settings, buffers.memory())?;
-    job.run();
-    job.outcome()
+    let settings = Settings { reach: Reach::of(&model), rounds: &ROUNDS, schedule: Schedule::of(&model) };
+    let points = PackedPoints { points: points.to_vec(), step };
+    fit::<Fixed>(&model, &points, &pose, settings).map(|fit| fit.outcome)
 }
 
 #[test]

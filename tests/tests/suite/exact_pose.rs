@@ -1,8 +1,8 @@
 //! What an exact pose means: the frame the training shapes were given in. Trained on as they lay, it is held; drawn to
 //! their mean, it is tied as firmly as they lay together.
 
-use lacuna::Model;
 use lacuna::pose_fit::{EXACT, Hint, ROUNDS};
+use lacuna::{Model, Schedule};
 use lacuna_fixtures::VERSIONS;
 use lacuna_host::complete::verdict::Grade;
 use lacuna_host::complete::{self, Options, start};
@@ -13,9 +13,9 @@ use lacuna_host::synth::{Head, Kind};
 use lacuna_host::train::align::{Align, Way, align};
 use lacuna_host::train::jitter::Apart;
 use lacuna_host::train::{Settings, train};
+use lacuna_tests::model;
 use lacuna_tests::registration::{placed, to_voxels};
 use lacuna_tests::sample::{Sample, head};
-use lacuna_tests::{default_schedule, model};
 use nalgebra::{Similarity3, Translation3, UnitQuaternion, Vector3};
 use std::sync::OnceLock;
 
@@ -34,7 +34,7 @@ fn holding() -> Model<'static> {
 
 /// The pose of the fit that starts from this one, called exact.
 fn fitted(model: &Model<'_>, sample: &Sample, exact: Placed) -> lacuna::Pose {
-    let schedule = default_schedule(model);
+    let schedule = Schedule::of(model);
     let options = Options { hint: complete::Hint::Exact(exact), ..Options::of(model) };
     let start = start(model, &sample.scan, &options).expect("a start");
     let settings = lacuna::completion::Settings {
@@ -55,7 +55,7 @@ fn fitted(model: &Model<'_>, sample: &Sample, exact: Placed) -> lacuna::Pose {
 fn an_exact_pose_moves_as_far_as_the_training_shapes_lay_apart() {
     let sample = head(1001, Kind::Front);
     let shift = |model: &Model<'_>| {
-        let to_shapes = sample.model_to_scan.try_inverse().expect("a similarity");
+        let to_shapes = sample.scan_to_model();
         // Two degrees and 3 mm off, so that there is something to be moved.
         let off = Similarity3::from_parts(
             Translation3::new(2.0, -2.0, 1.0),
@@ -83,7 +83,7 @@ fn an_exact_pose_moves_as_far_as_the_training_shapes_lay_apart() {
 fn a_held_pose_is_judged_by_a_shape_and_not_by_the_mean() {
     let model = holding();
     for sample in (1001..=1004).map(|number| head(number, Kind::Front)) {
-        let to_shapes = sample.model_to_scan.try_inverse().expect("a similarity");
+        let to_shapes = sample.scan_to_model();
         let exact = placed(&to_voxels(&model, &nalgebra::convert_unchecked(to_shapes)));
         let options = Options { hint: complete::Hint::Exact(exact), ..Options::of(&model) };
         let found = complete::complete::<lacuna::Fixed>(&model, &sample.scan, &options).expect("a head");
@@ -133,9 +133,5 @@ fn scattered_shapes_come_together_and_keep_their_frame() {
 fn turned(shape: &Mesh, by: f64) -> Mesh {
     let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.03, -0.05, 0.02) * by);
     let motion = Similarity3::from_parts(Translation3::new(2.0 * by, -3.0 * by, by), turn, 1.0 + 0.02 * by);
-    Mesh {
-        points: shape.points.iter().map(|p| motion * p).collect(),
-        normals: shape.normals.iter().map(|n| turn * n).collect(),
-        triangles: shape.triangles.clone(),
-    }
+    shape.moved(&motion)
 }

@@ -3,18 +3,30 @@
 use lacuna::completion;
 use lacuna::error::{Buffer, OptionName};
 use lacuna::pose_fit::{ROUNDS, Round};
-use lacuna::{Error, Fixed, Float, Model, Reach, Schedule, Sizes};
+use lacuna::{Completion, Error, Fixed, Float, Model, Reach, Schedule, Sizes};
 use lacuna_host::fit::{Buffers, fit};
 use lacuna_host::io;
-use lacuna_host::points::{OrientedPoints, thin};
-use lacuna_tests::buffers::complete;
+use lacuna_host::points::{OrientedPoints, PackedPoints, thin};
 use lacuna_tests::trained::thirty_faces_bytes;
-use lacuna_tests::{default_schedule, head_points, momentum_schedule, real_data, voxel_pose};
+use lacuna_tests::{head_points, real_data, voxel_pose};
 
 const BUDGET: usize = 640 * 1024;
 
+/// Completes points in a known pose in exactly the memory that is lent, as firmware does.
+fn complete(
+    model: &Model<'_>,
+    points: &PackedPoints,
+    schedule: Schedule<'_>,
+    buffers: &mut Buffers<Fixed>,
+) -> Result<(), Error> {
+    let settings = completion::Settings { reach: Reach::of(model), rounds: &[], schedule };
+    let mut job = Completion::new(model, points.cloud()?, voxel_pose(model), settings, buffers.memory())?;
+    job.run();
+    job.outcome().map(|_| ())
+}
+
 fn assert_within_budget(model: &Model<'_>) {
-    let bytes = Sizes::required(model, &default_schedule(model)).unwrap().bytes::<Fixed>();
+    let bytes = Sizes::required(model, &Schedule::of(model)).unwrap().bytes::<Fixed>();
     println!("{}: {} KiB of {}", model.header().class, bytes / 1024, BUDGET / 1024);
     assert!(bytes <= BUDGET, "{bytes} bytes");
 }
@@ -23,7 +35,7 @@ fn assert_exact_buffers_do(model: &Model<'_>, points: &OrientedPoints, schedule:
     let sizes = Sizes::required(model, &schedule).unwrap();
     let mut buffers = Buffers::new(&sizes);
     assert_eq!(buffers.memory().bytes(), sizes.bytes::<Fixed>());
-    complete(model, &points.packed(), voxel_pose(model), schedule, &mut buffers).unwrap();
+    complete(model, &points.packed(), schedule, &mut buffers).unwrap();
 }
 
 /// Whether the error names the buffer, with one element given less than needed.
@@ -40,8 +52,8 @@ fn the_built_in_model_is_within_the_budget() {
 fn a_fit_runs_in_exactly_the_memory_required() {
     let model = lacuna_tests::model();
     let points = head_points(1000);
-    assert_exact_buffers_do(&model, &points, default_schedule(&model));
-    assert_exact_buffers_do(&model, &points, momentum_schedule(&model));
+    assert_exact_buffers_do(&model, &points, Schedule::of(&model));
+    assert_exact_buffers_do(&model, &points, Schedule::with_momentum(&model));
 }
 
 #[test]
@@ -52,7 +64,7 @@ fn a_round_that_the_pose_fit_cannot_do_is_refused_by_name() {
         let settings = completion::Settings {
             reach: Reach::of(&model),
             rounds: &[round],
-            schedule: default_schedule(&model),
+            schedule: Schedule::of(&model),
         };
         fit::<Fixed>(&model, &points, &voxel_pose(&model), settings).expect_err("a round out of range")
     };
@@ -71,7 +83,7 @@ type Shorten = fn(&mut Buffers<Fixed>);
 #[test]
 fn a_buffer_one_element_short_is_refused_by_name() {
     let model = lacuna_tests::model();
-    let schedule = momentum_schedule(&model);
+    let schedule = Schedule::with_momentum(&model);
     let sizes = Sizes::required(&model, &schedule).unwrap();
     let points = head_points(1000).packed();
     let cases: [(Buffer, Shorten); 17] = [
@@ -96,7 +108,7 @@ fn a_buffer_one_element_short_is_refused_by_name() {
     for (buffer, shorten) in cases {
         let mut buffers = Buffers::new(&sizes);
         shorten(&mut buffers);
-        let error = complete(&model, &points, voxel_pose(&model), schedule, &mut buffers).unwrap_err();
+        let error = complete(&model, &points, schedule, &mut buffers).unwrap_err();
         assert!(names(error, buffer), "{buffer:?}: {error:?}");
     }
 }
@@ -104,7 +116,7 @@ fn a_buffer_one_element_short_is_refused_by_name() {
 #[test]
 fn sizes_tell_the_bytes_of_their_buffers() {
     let model = lacuna_tests::model();
-    for schedule in [default_schedule(&model), momentum_schedule(&model)] {
+    for schedule in [Schedule::of(&model), Schedule::with_momentum(&model)] {
         let sizes = Sizes::required(&model, &schedule).unwrap();
         assert_eq!(sizes.bytes::<Fixed>(), Buffers::<Fixed>::new(&sizes).memory().bytes());
         assert_eq!(sizes.bytes::<Float>(), Buffers::<Float>::new(&sizes).memory().bytes());
@@ -115,8 +127,8 @@ fn sizes_tell_the_bytes_of_their_buffers() {
 fn without_momentum_no_previous_weights_are_needed() {
     let model = lacuna_tests::model();
     let sizes = |schedule: &Schedule<'_>| Sizes::required(&model, schedule).unwrap();
-    assert_eq!(sizes(&default_schedule(&model)).previous, 0);
-    let with = sizes(&momentum_schedule(&model));
+    assert_eq!(sizes(&Schedule::of(&model)).previous, 0);
+    let with = sizes(&Schedule::with_momentum(&model));
     assert_eq!(with.previous, with.weights);
 }
 
@@ -129,5 +141,5 @@ fn a_model_of_real_faces_is_within_the_budget() {
     let model = Model::from_bytes(bytes).unwrap();
     assert_within_budget(&model);
     let points = thin(&io::read(&target).unwrap(), 2.0);
-    assert_exact_buffers_do(&model, &points, default_schedule(&model));
+    assert_exact_buffers_do(&model, &points, Schedule::of(&model));
 }

@@ -2,9 +2,8 @@
 //! `versions`.
 
 use lacuna::nodes::{Extent, NodeMap, map_len};
-use lacuna::{Error, Model};
+use lacuna::{Error, Model, Schedule};
 use lacuna_fixtures::MODEL;
-use lacuna_tests::default_schedule;
 
 #[test]
 fn active_nodes_are_counted_without_a_buffer_as_with_one() {
@@ -50,7 +49,7 @@ fn any_alignment_reads_the_same() {
         let model = Model::from_bytes(&moved[offset..]).unwrap();
         assert_eq!(model.header(), aligned.header());
         assert_eq!(model.checksum(), aligned.checksum());
-        let sizes = |model| lacuna::Sizes::required(model, &default_schedule(model)).unwrap();
+        let sizes = |model| lacuna::Sizes::required(model, &Schedule::of(model)).unwrap();
         assert_eq!(sizes(&model), sizes(&aligned));
         for k in 0..model.modes() {
             assert_eq!((model.deviation(k), model.gain(k)), (aligned.deviation(k), aligned.gain(k)));

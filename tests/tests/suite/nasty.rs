@@ -1,4 +1,4 @@
-//! Some hundred nasty files: each is accepted with the right result, or refused with a sentence and exit code 1;
+//! About two hundred nasty files: each is accepted with the right result, or refused with a sentence and exit code 1;
 //! never a panic, ten seconds, or a GiB.
 #![cfg(target_os = "linux")]
 

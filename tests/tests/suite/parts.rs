@@ -55,8 +55,7 @@ fn parts_of_a_raw_head_are_completed_in_any_place_and_size() {
     ];
     for (name, kept, turn, size) in parts {
         let motion = Similarity3::new(Vector::new(300.0, -50.0, 120.0), Vector::from(turn), size);
-        let mut mesh = part(scan, kept);
-        mesh.points.iter_mut().for_each(|p| *p = motion * *p);
+        let mesh = part(scan, kept).moved(&motion);
         let completion = completed(&model, &mesh);
         let found = similarity_of(&completion.placed) * motion;
         let off = Difference::between(&found, &whole, &model);

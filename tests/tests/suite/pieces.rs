@@ -4,11 +4,12 @@ use lacuna::Fixed;
 use lacuna_host::complete::clean::clean;
 use lacuna_host::complete::{Completion, Hint, Options, complete};
 use lacuna_host::distance::Surface;
-use lacuna_host::mesh::{Mesh, Point, Vector};
+use lacuna_host::mesh::{Mesh, Point};
 use lacuna_host::register::Placed;
 use lacuna_host::surface::keep_triangles;
 use lacuna_host::synth::{Head, Kind, ScannerSettings, scan};
 use lacuna_tests::{model, voxel_pose};
+use nalgebra::Translation3;
 
 /// The triangles of `mesh` around `centre`, at least eight of them.
 fn patch(mesh: &Mesh, centre: &Point) -> Mesh {
@@ -18,9 +19,8 @@ fn patch(mesh: &Mesh, centre: &Point) -> Mesh {
     patches.find(|patch| patch.triangles.len() >= 8).expect("a patch")
 }
 
-fn moved(mut mesh: Mesh, by: Vector) -> Mesh {
-    mesh.points.iter_mut().for_each(|p| *p += by);
-    mesh
+fn moved(mesh: &Mesh, by: [f64; 3]) -> Mesh {
+    mesh.moved(&nalgebra::convert(Translation3::from(by)))
 }
 
 fn completed(mesh: &Mesh) -> Completion {
@@ -45,9 +45,9 @@ fn a_piece_on_the_hidden_side_is_kept_and_specks_are_not() {
     let nose = seen.points.iter().max_by(|a, b| a.z.total_cmp(&b.z)).expect("a nose");
     let cases = [
         ("hidden", patch(&head, hidden), true),
-        ("beside the hidden side", moved(patch(&head, hidden), Vector::new(6.0, 0.0, 0.0)), false),
-        ("over the nose", moved(patch(&seen, nose), Vector::new(0.0, 0.0, 5.0)), false),
-        ("in the air", moved(patch(&seen, nose), Vector::new(90.0, 0.0, 30.0)), false),
+        ("beside the hidden side", moved(&patch(&head, hidden), [6.0, 0.0, 0.0]), false),
+        ("over the nose", moved(&patch(&seen, nose), [0.0, 0.0, 5.0]), false),
+        ("in the air", moved(&patch(&seen, nose), [90.0, 0.0, 30.0]), false),
     ];
     for (name, piece, kept) in cases {
         let mut mesh = seen.clone();

@@ -13,11 +13,13 @@ use lacuna::nodes::{NodeMap, map_len};
 use lacuna::pose_fit::{Hint, ROUNDS};
 use lacuna::pose_row::{MOST_ENTRIES, Rows};
 use lacuna::trilinear::trilinear;
-use lacuna::{Fixed, Float, GlobalFit, HullBuilder, LocalFit, Model, Reach, Sizes, global_fit::normal_len};
+use lacuna::{
+    Fixed, Float, GlobalFit, HullBuilder, LocalFit, Model, Reach, Schedule, Sizes, global_fit::normal_len,
+};
 use lacuna_host::fit::Buffers;
 use lacuna_tests::fuzz::fit::completed;
 use lacuna_tests::fuzz::tiny::tiny;
-use lacuna_tests::{default_schedule, head_points, in_voxels, model, voxel_pose};
+use lacuna_tests::{head_points, in_voxels, model, voxel_pose};
 use proptest::prelude::*;
 use proptest::test_runner::Config;
 
@@ -144,7 +146,7 @@ proptest! {
     #[test]
     fn a_perfect_global_fit_stays(weights in weights()) {
         let model = model();
-        let schedule = default_schedule(&model);
+        let schedule = Schedule::of(&model);
         let distances = synthesise(&model, &weights);
         let targets = targets(&distances);
         let mut buffers = Buffers::<Fixed>::new(&Sizes::required(&model, &schedule).unwrap());

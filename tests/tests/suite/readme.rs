@@ -2,21 +2,21 @@
 
 use lacuna::cloud::{Bytes, Packed};
 use lacuna::completion::{Memory, Outcome};
-use lacuna::{Error, Pose, Sizes};
-use lacuna_fixtures::{GOLDEN, MODEL, PACKED_SCAN};
+use lacuna::{Error, Pose, Schedule, Sizes};
+use lacuna_fixtures::{MODEL, PACKED_SCAN, golden};
 use lacuna_host::fit::Buffers;
-use lacuna_tests::{default_schedule, model};
+use lacuna_tests::model;
 
 include!(concat!(env!("OUT_DIR"), "/readme.rs"));
 
 #[test]
 fn the_firmware_of_the_readme_computes_the_golden_bits() {
     let (model, scan) = (model(), Bytes(PACKED_SCAN));
-    let sizes = Sizes::required(&model, &default_schedule(&model)).unwrap();
+    let sizes = Sizes::required(&model, &Schedule::of(&model)).unwrap();
     let mut buffers = Buffers::new(&sizes);
     let points: Vec<Packed> = scan.points().collect();
     let outcome = firmware(&points, scan.step(), scan.pose(), buffers.memory()).unwrap();
-    let golden = GOLDEN.iter().find(|golden| golden.name == "built-in").expect("a golden case");
+    let golden = golden("built-in").expect("a golden case");
     let digests = outcome.digests;
     assert_eq!(
         (digests.pose, digests.hull, digests.global, digests.local),

@@ -19,8 +19,8 @@ struct Known {
 
 impl Known {
     fn of(model: &Model<'_>, sample: Sample) -> Self {
-        let to_shapes = sample.model_to_scan.try_inverse().expect("a similarity");
-        Self { scan: sample.scan, to_model: to_voxels(model, &nalgebra::convert_unchecked(to_shapes)) }
+        let to_shapes = nalgebra::convert_unchecked(sample.scan_to_model());
+        Self { scan: sample.scan, to_model: to_voxels(model, &to_shapes) }
     }
 
     /// In another place, `size` times as large as the class.
@@ -78,9 +78,7 @@ impl Known {
         });
         let mut scan = Mesh { normals: vec![], ..self.scan.clone() };
         for part in [sheet, ball] {
-            let first = scan.points.len() as u32;
-            scan.points.extend(part.points.iter().map(|p| self.to_model.inverse() * p));
-            scan.triangles.extend(part.triangles.iter().map(|t| t.map(|v| v + first)));
+            scan.append(&part.moved(&self.to_model.inverse()));
         }
         assert!((1.0 - own / scan.area() - share).abs() < 0.05, "clutter {}", 1.0 - own / scan.area());
         Self { scan, to_model: self.to_model }
@@ -92,9 +90,7 @@ impl Known {
         let bounds = Mesh { points, ..Mesh::default() }.bounds().expect("a mean shape");
         let mut scan = Mesh { normals: vec![], ..self.scan.clone() };
         for thing in with {
-            let mut part = thing.mesh(bounds, 1);
-            part.points.iter_mut().for_each(|p| *p = self.to_model.inverse() * *p);
-            scan.append(&part);
+            scan.append(&thing.mesh(bounds, 1).moved(&self.to_model.inverse()));
         }
         Self { scan, to_model: self.to_model }
     }

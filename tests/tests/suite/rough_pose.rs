@@ -1,11 +1,12 @@
 //! How far off a rough pose may be: what the core's documentation and the README promise to applications.
 
-use lacuna::cloud::{Bytes, Packed};
-use lacuna::completion::{Completion, Settings};
+use lacuna::cloud::Bytes;
+use lacuna::completion::Settings;
 use lacuna::pose_fit::ROUNDS;
-use lacuna::{Cloud, Fixed, Pose, Reach, Sizes};
-use lacuna_host::fit::Buffers;
-use lacuna_tests::{default_schedule, model};
+use lacuna::{Fixed, Pose, Reach, Schedule};
+use lacuna_host::fit::fit;
+use lacuna_host::points::PackedPoints;
+use lacuna_tests::model;
 
 /// Voxels, radians, and the logarithm of a factor.
 const OFF: [f32; 3] = [15.0, 0.785, 0.22];
@@ -13,14 +14,9 @@ const OFF: [f32; 3] = [15.0, 0.785, 0.22];
 /// Inliers of the example scan from a pose.
 fn inliers(pose: Pose) -> u32 {
     let (model, scan) = (model(), Bytes(lacuna_fixtures::PACKED_SCAN));
-    let schedule = default_schedule(&model);
-    let settings = Settings { reach: Reach::of(&model), rounds: &ROUNDS, schedule };
-    let points: Vec<Packed> = scan.points().collect();
-    let mut buffers = Buffers::<Fixed>::new(&Sizes::required(&model, &schedule).expect("sizes"));
-    let cloud = Cloud::new(&points, scan.step()).expect("a cloud");
-    let mut job = Completion::new(&model, cloud, pose, settings, buffers.memory()).expect("a completion");
-    job.run();
-    job.outcome().map_or(0, |outcome| outcome.inliers)
+    let settings = Settings { reach: Reach::of(&model), rounds: &ROUNDS, schedule: Schedule::of(&model) };
+    let points = PackedPoints { points: scan.points().collect(), step: scan.step() };
+    fit::<Fixed>(&model, &points, &pose, settings).map_or(0, |fit| fit.outcome.inliers)
 }
 
 #[test]

@@ -107,7 +107,7 @@ fn a_class_without_a_plane_is_refused() {
 }
 
 fn in_the_models_frame(mut sample: Sample) -> Sample {
-    let back = sample.model_to_scan.try_inverse().expect("a similarity");
+    let back = sample.scan_to_model();
     sample.scan.points.iter_mut().for_each(|p| *p = back.transform_point(p));
     Sample { model_to_scan: Matrix4::identity(), ..sample }
 }

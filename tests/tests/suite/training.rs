@@ -5,9 +5,8 @@ use lacuna_host::io;
 use lacuna_tests::expected_errors::shares;
 use lacuna_tests::real_data;
 use lacuna_tests::required::lacks;
-use lacuna_tests::trained::{Trained, thirty_heads, train_watched};
-use std::ops::{Range, RangeInclusive};
-use std::path::{Path, PathBuf};
+use lacuna_tests::trained::{Trained, thirty_heads, train_watched, training_faces};
+use std::ops::RangeInclusive;
 
 const LIMIT_KIB: u64 = 1 << 20;
 /// Where the share of true errors below the stated one-sigma error must lie, over several scans.
@@ -16,10 +15,6 @@ const SHARE: RangeInclusive<f64> = 0.6..=0.75;
 const CALIBRATED: usize = 8;
 /// Their voxels, mm: the errors are those of completions with the same model.
 const COARSER: &str = "4.5";
-
-fn faces(folder: &Path, numbers: Range<usize>) -> Vec<PathBuf> {
-    numbers.map(|i| folder.join(format!("train_{i:03}.ply"))).collect()
-}
 
 fn assert_less_than_a_gibibyte(trained: &Trained) {
     let Some(highest) = trained.peak_kib else {
@@ -37,9 +32,9 @@ fn thirty_shapes_take_less_than_a_gibibyte() {
 #[test]
 fn errors_learned_from_faces_take_less_than_a_gibibyte_and_hold_for_others() {
     let Some(real) = real_data("faces/train") else { return };
-    let trained = train_watched(&faces(&real, 0..CALIBRATED), &["--spacing", COARSER]);
+    let trained = train_watched(&training_faces(&real, 0..CALIBRATED), &["--spacing", COARSER]);
     assert_less_than_a_gibibyte(&trained);
-    let others = faces(&real, 30..35).into_iter().map(|path| io::read(&path).unwrap());
+    let others = training_faces(&real, 30..35).into_iter().map(|path| io::read(&path).unwrap());
     let shares = shares(&Model::from_bytes(&trained.model).unwrap(), &others.collect::<Vec<_>>());
     assert!(shares.iter().all(|share| SHARE.contains(share)), "{shares:?}");
 }

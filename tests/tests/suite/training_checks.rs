@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 use tempfile::{TempDir, tempdir};
 
-/// A folder with three heads, and one of them in metres, as a cloud, and with a large file's count.
+/// A folder with three heads, and one of them also as a cloud and in metres.
 fn folder() -> TempDir {
     let folder = tempdir().unwrap();
     let here = folder.path();

@@ -8,15 +8,16 @@ use lacuna::error::OptionName;
 use lacuna::wire::Refusal;
 use lacuna::wire::device::{Ended, MOST_FAILURES, Port};
 use lacuna::wire::distances::{Packer, unpack};
-use lacuna::wire::frame::{Event, Header, MAX_FRAME, MAX_MESSAGE, Receiver, encode};
+use lacuna::wire::frame::{Event, Header, Receiver};
 use lacuna::wire::message::{
     Begin, BeginDepth, Hint, MAX_BATCH, MAX_DATA, MAX_PIXELS, Reply, Request, State, Status, VERSION, Vector,
 };
 use lacuna::{Error, Fixed, Model, Pose};
 use lacuna_host::device::{self, Client, Link, Scan, Timing, refusal, run};
-use lacuna_host::fit::{Digests, fit};
+use lacuna_host::fit::{Digests, fit, means};
 use lacuna_host::points::PackedPoints;
 use lacuna_tests::device_memory::DeviceMemory;
+use lacuna_tests::framed::framed;
 use lacuna_tests::line::{Faults, HostEnd};
 use lacuna_tests::model;
 use lacuna_tests::rubbish::Rubbish;
@@ -180,10 +181,8 @@ impl Write for Tape {
 
 #[test]
 fn what_a_connection_left_behind_is_not_heard_by_the_next_one() {
-    let frame = |session: u32, request: &Request<'_>| {
-        let (mut scratch, mut frame) = ([0; MAX_MESSAGE], [0; MAX_FRAME]);
-        encode(Header { session, sequence: 0 }, request, &mut scratch, &mut frame).unwrap().to_vec()
-    };
+    let frame =
+        |session: u32, request: &Request<'_>| framed(Header { session, sequence: 0 }, request).unwrap();
     let hello = Request::Hello { version: VERSION };
     let cut = frame(5, &Request::Points { first: 0, batch: &[7; 120] });
     let mut memory = DeviceMemory::new(&small().model, 10);
@@ -206,10 +205,7 @@ fn what_a_connection_left_behind_is_not_heard_by_the_next_one() {
 
 #[test]
 fn a_line_that_fails_now_and_then_only_loses_bytes() {
-    let (mut scratch, mut frame) = ([0; MAX_MESSAGE], [0; MAX_FRAME]);
-    let header = Header { session: 5, sequence: 0 };
-    let input =
-        encode(header, &Request::Hello { version: VERSION }, &mut scratch, &mut frame).unwrap().to_vec();
+    let input = framed(Header { session: 5, sequence: 0 }, &Request::Hello { version: VERSION }).unwrap();
     let mut memory = DeviceMemory::new(&small().model, 10);
     let mut served = |failures: u32| {
         let mut tape = Tape { input: input.clone(), failures, ..Tape::default() };
@@ -235,12 +231,11 @@ impl<F: FnMut(Header, Request<'_>) -> Reply<'static>> Answering<F> {
 
 impl<F: FnMut(Header, Request<'_>) -> Reply<'static>> Link for Answering<F> {
     fn send(&mut self, bytes: &[u8]) -> std::io::Result<()> {
-        let (mut scratch, mut frame) = ([0; MAX_MESSAGE], [0; MAX_FRAME]);
         for &byte in bytes {
             if self.receiver.push(byte) == Event::Frame {
                 let (header, request) = self.receiver.message::<Request<'_>>().unwrap();
                 let reply = (self.answer)(header, request.unwrap());
-                self.waiting.extend(encode(header, &reply, &mut scratch, &mut frame).unwrap());
+                self.waiting.extend(framed(header, &reply).unwrap());
             }
         }
         Ok(())
@@ -318,7 +313,7 @@ proptest! {
     ) {
         let model = model();
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let means: Vec<i16> = model.bricks().flat_map(|b| (0..b.voxels()).map(move |v| b.mean(v)).collect::<Vec<_>>()).collect();
+        let means: Vec<i16> = means(&model);
         let near = |mean: i16, change: i32| (i32::from(mean) + change).clamp(-32768, 32767) as i16;
         let distances: Vec<i16> = means.iter().map(|&m| near(m, rng.random_range(-spread..spread))).collect();
         let first = (first * means.len() as f64) as usize;
