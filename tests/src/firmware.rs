@@ -121,12 +121,12 @@ pub fn build_logging(machine: &str, triple: &str) -> PathBuf {
 /// one, or none, under its name: `lacuna device --qemu` starts what it finds there.
 fn beside(command: Command, machine: &str, triple: &str, extension: &str) -> PathBuf {
     let usual = elf(machine, triple);
-    let before = std::fs::read(&usual).ok();
+    let [built, kept] = [extension, "kept"].map(|extension| usual.with_extension(extension));
+    let was_there = std::fs::copy(&usual, &kept).is_ok();
     finish(command, machine);
-    let built = usual.with_extension(extension);
     std::fs::rename(&usual, &built).expect("the firmware");
-    if let Some(before) = before {
-        std::fs::write(&usual, before).expect("the firmware that was there before");
+    if was_there {
+        std::fs::rename(&kept, &usual).expect("the firmware that was there before");
     }
     built
 }
