@@ -42,7 +42,7 @@ impl Alternative {
 
     fn advice(self) -> &'static str {
         match self {
-            Self::Flipped => "with its triangles turned round it would fit: give --flip",
+            Self::Flipped => "with its triangles the other way round it would fit: --flip turns them",
             Self::Mirrored => {
                 "its mirror image would fit: is it the other side of the body, or was an axis \
                  reversed in the export?"

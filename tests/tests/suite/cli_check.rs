@@ -1,7 +1,8 @@
 //! `lacuna check` of several files and of folders.
 
 use lacuna_host::io::{Format, PlyOut, parse, write_ply};
-use lacuna_host::surface::close_holes;
+use lacuna_host::mesh::{Point, Vector};
+use lacuna_host::surface::boundary_edges;
 use lacuna_host::synth::Head;
 use lacuna_tests::program::{files, json, lacuna, refuses, succeeds};
 use std::path::Path;
@@ -84,7 +85,12 @@ fn a_sparse_cloud_is_told_how_little_it_measures() {
 #[test]
 fn a_closed_surface_that_faces_outwards_is_not_flipped_and_that_is_told() {
     let folder = tempdir().unwrap();
-    let closed = close_holes(&Head::sample(1, 1000).mesh());
+    let mut closed = Head::sample(1, 1000).mesh();
+    // A fan over the neck.
+    let (middle, rim) = (closed.points.len() as u32, boundary_edges(&closed));
+    let sum = rim.iter().fold(Vector::zeros(), |sum, edge| sum + closed.points[edge[0] as usize].coords);
+    closed.points.push(Point::from(sum / rim.len() as f64));
+    closed.triangles.extend(rim.iter().map(|&[from, to]| [to, from, middle]));
     write_ply(&folder.path().join("head.ply"), &PlyOut::new(&closed)).unwrap();
     let found = json(folder.path(), &["register", "head.ply", "--flip", "--json"]);
     let notes = found["notes"].to_string();
