@@ -97,24 +97,17 @@ pub fn build(machine: &str, triple: &str) -> PathBuf {
     elf(machine, triple)
 }
 
-/// Builds a machine's firmware with another model and scan: an ELF file of its own.
+/// Builds a machine's firmware with another model and scan, and with defmt's log if it `logs`: an ELF file of its own.
 ///
 /// # Panics
 /// A build that fails.
-pub fn build_with(machine: &str, triple: &str, model: &Path, cloud: &Path) -> PathBuf {
+pub fn build_with(machine: &str, triple: &str, [model, cloud]: [&Path; 2], logs: bool) -> PathBuf {
     let mut command = cargo(machine, triple);
     command.env("LACUNA_MODEL", model).env("LACUNA_CLOUD", cloud);
-    beside(command, machine, triple, "other")
-}
-
-/// Builds a machine's firmware with defmt's log: an ELF file of its own.
-///
-/// # Panics
-/// A build that fails.
-pub fn build_logging(machine: &str, triple: &str) -> PathBuf {
-    let mut command = cargo(machine, triple);
-    command.args(["--features", "defmt"]).env("DEFMT_LOG", "info");
-    beside(command, machine, triple, "defmt")
+    if logs {
+        command.args(["--features", "defmt"]).env("DEFMT_LOG", "info");
+    }
+    beside(command, machine, triple, if logs { "defmt" } else { "other" })
 }
 
 /// Builds another firmware where the usual one is built, so that what they share is compiled once, and leaves the usual

@@ -196,10 +196,18 @@ fn assert_serves(machine: &str, elf: &Path) {
 /// A fixture that the emulators leave out: "mirror" is the same class with more in it, and "small" has no mirror either.
 const LEFT_OUT: &str = "side";
 
-/// The other fixtures have models of their own: each is built for one of two kinds of processor in turn, the one that is
-/// served too for both.
+/// What a firmware with defmt's log sends of a fixture, whose pose is held: three stages and the outcome.
+const FRAMES: usize = 4;
+
+/// defmt's frames in what was sent: they end with a zero and have none within.
+fn frames(run: &Run) -> usize {
+    run.log.split(|&byte| byte == 0).filter(|frame| !frame.is_empty()).count()
+}
+
+/// The other fixtures have models of their own: each is built for one of two kinds of processor in turn, with defmt's log,
+/// and the one that is served too for both, without.
 #[test]
-fn fixtures_with_other_models_compute_the_golden_bits() {
+fn fixtures_with_other_models_compute_the_golden_bits_with_a_log_or_without() {
     let machines: Vec<_> =
         [MACHINES[1], MACHINES[3]].into_iter().filter(|(m, t)| missing(m, t).is_none()).collect();
     std::thread::scope(|scope| {
@@ -224,10 +232,13 @@ fn assert_fixtures((machine, triple): (&str, &str), (turn, turns): (usize, usize
         std::fs::write(&model, &case.model).unwrap();
         std::fs::write(&cloud, case.points.packed().to_bytes(&case.pose, Hint::Exact)).unwrap();
         let _one = alone(machine);
-        let elf = build_with(machine, triple, &model, &cloud);
-        assert_golden(machine, class.name, &run(machine, &elf));
+        let logs = !served;
+        let elf = build_with(machine, triple, [&model, &cloud], logs);
+        let run = run(machine, &elf);
+        assert_golden(machine, class.name, &run);
         if served {
             assert_serves(machine, &elf);
         }
+        assert_eq!(frames(&run), if logs { FRAMES } else { 0 }, "{machine}: {:x?}", run.log);
     }
 }

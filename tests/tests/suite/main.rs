@@ -6,7 +6,6 @@ mod cli_check;
 mod cli_device;
 mod cli_errors;
 mod clutter;
-mod defmt;
 mod device_limits;
 mod doubt;
 mod evaluate;

@@ -37,8 +37,7 @@ type Kept = fn(&Point) -> bool;
 fn parts_of_a_raw_head_are_completed_in_any_place_and_size() {
     let (Some((scan, whole)), Some(model)) = (raw_head(), thirty_faces()) else { return };
     let whole = similarity_of(&whole.placed);
-    let parts: [(&str, Kept, [f64; 3], f64); 9] = [
-        ("left half", |p| p.x > 10.0, [PI, 0.0, 0.0], 1.15),
+    let parts: [(&str, Kept, [f64; 3], f64); 7] = [
         ("right half", |p| p.x < 22.0, [0.0, 0.0, PI], 0.85),
         (
             "face alone",
@@ -49,8 +48,7 @@ fn parts_of_a_raw_head_are_completed_in_any_place_and_size() {
         ("no face", |p| p.z < 60.0, [0.0; 3], 1.0),
         ("upper half", |p| p.y > 10.0, [1.0, 2.0, 3.0], 1.2),
         ("lower half", |p| p.y < 45.0, [3.0, 1.0, 0.0], 0.9),
-        ("left quarter", |p| p.x > 10.0 && p.z > 10.0, [0.0, 3.0, 0.0], 1.2),
-        ("less than half", |p| p.x < 0.0 && p.y > -150.0, [0.0, 1.0, 2.0], 0.83),
+        ("left quarter", |p| p.x > 10.0 && p.z > 10.0, [PI, 3.0, 0.0], 1.2),
         ("no shoulders", |p| p.y > -120.0, [2.0, 0.0, 2.0], 1.1),
     ];
     for (name, kept, turn, size) in parts {
