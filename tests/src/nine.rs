@@ -10,7 +10,7 @@ use lacuna_host::io;
 use lacuna_host::mesh::Mesh;
 use std::sync::OnceLock;
 
-/// Their names.
+/// Names of the nine scans, face by face.
 pub fn nine_names() -> impl Iterator<Item = String> {
     (0..3).flat_map(|face| ["front", "side", "stitched"].map(|kind| format!("target_{face:02}_{kind}")))
 }
