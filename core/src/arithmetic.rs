@@ -53,10 +53,17 @@ pub const RESIDUAL_LIMIT: i32 = 2047;
 pub const MIN_EXPONENT: u8 = 5;
 /// Largest exponent a basis block may have.
 pub const MAX_EXPONENT: u8 = 14;
-/// Full weight of a hull voxel.
+/// Full weight of a hull voxel, sixteenths.
 pub const FULL_WEIGHT: i32 = 16;
+/// [`FULL_WEIGHT`] is 2 to this power.
+pub const FULL_WEIGHT_BITS: u32 = FULL_WEIGHT.trailing_zeros();
+const _: () = assert!(FULL_WEIGHT == 1 << FULL_WEIGHT_BITS);
 
+/// Largest ratio U, standard deviations.
+pub const RATIO_LIMIT: i32 = 64;
+/// Bits behind the point of a node's curvature, and of a voxel's before it is rounded to them.
 const CURVATURE_BITS: u32 = 8;
+const RAW_CURVATURE_BITS: u32 = 12;
 const MOMENTUM_BITS: u32 = 8;
 
 /// Stride of the weight grid with the reciprocal of its cube.
@@ -197,7 +204,7 @@ pub trait Arithmetic: Copy {
     fn subtract(a: Self::Sum, b: Self::Sum) -> Self::Sum;
     /// 1 / (boxed curvature + volume · ridge), `ridge` in voxel².
     fn reciprocal(boxed: Self::Sum, ridge: f64, kernel: Kernel) -> Self::Reciprocal;
-    /// boxed gradient · reciprocal, limited to ±64 σ.
+    /// boxed gradient · reciprocal, limited to ±[`RATIO_LIMIT`] σ.
     fn ratio(boxed: Self::Sum, reciprocal: Self::Reciprocal, kernel: Kernel) -> Self::Sum;
     /// μ g / volume.
     fn gain(step: f64, gain: f64, kernel: Kernel) -> Self::Gain;
@@ -231,7 +238,10 @@ mod tests {
             let stride = Stride::new(voxels).unwrap();
             for radius in (0..=15u8).filter(|&r| voxels * (2 * r + 1) <= 31) {
                 let kernel = Kernel::new(radius, stride);
-                assert!((64u64 * u64::from(kernel.volume)) << kernel.ratio_bits <= 1 << 31, "{radius}");
+                assert!(
+                    (RATIO_LIMIT as u64 * u64::from(kernel.volume)) << kernel.ratio_bits <= 1 << 31,
+                    "{radius}"
+                );
                 let width = u64::from(voxels) * u64::from(2 * radius + 1);
                 let box_of_gradients = 32 * u64::from(voxels).pow(3) * width.pow(3);
                 assert!(box_of_gradients << kernel.gradient_bits <= 1 << 31, "{voxels} {radius}");

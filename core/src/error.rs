@@ -43,7 +43,8 @@ pub enum Error {
         /// The model's brick edge, voxels.
         brick: u8,
     },
-    /// A kernel radius is too wide for the proved integer bounds: stride (2 radius + 1) may be [`WIDEST`](crate::schedule::WIDEST) at most.
+    /// A kernel radius is too wide for the proved integer bounds: stride (2 radius + 1) may be
+    /// [`WIDEST`](crate::schedule::WIDEST) at most.
     Radius {
         /// The radius asked for, nodes.
         asked: u8,
@@ -52,7 +53,8 @@ pub enum Error {
     Option(OptionName),
     /// The pose is not a finite similarity with a positive scale.
     Pose,
-    /// Fewer than the [`FEWEST_POINTS`](crate::pose_fit::FEWEST_POINTS) that a pose needs: in the scan, or in a round of the fit.
+    /// Fewer than the [`FEWEST_POINTS`](crate::pose_fit::FEWEST_POINTS) that a pose needs: in the scan, or in a round of
+    /// the fit.
     TooFewPoints {
         /// Points given.
         given: u32,

@@ -8,7 +8,7 @@
 //! with A the whitened modes b' at the hull's voxels (voxels per σ). The sums are integers within a
 //! brick, then f64 over the bricks in the order of the file: the same bits everywhere.
 
-use crate::arithmetic::{DISTANCE_BITS, FULL_WEIGHT, MAX_WEIGHT, RESIDUAL_LIMIT};
+use crate::arithmetic::{DISTANCE_BITS, FULL_WEIGHT, FULL_WEIGHT_BITS, MAX_WEIGHT, RESIDUAL_LIMIT};
 use crate::brick::{Brick, MAX_BRICK_VOXELS};
 use crate::cholesky::solve;
 use crate::error::{Buffer, Error, OptionName};
@@ -187,13 +187,10 @@ fn signed(basis: u8) -> i32 {
     i32::from(basis as i8)
 }
 
-/// FULL_WEIGHT is 2 to this power.
-const HULL_WEIGHT_BITS: i32 = FULL_WEIGHT.trailing_zeros() as i32;
-
 /// Adds a brick's sums, scaled by its exponents, to the normal equations.
 fn fold(normal: &mut [f64], block: &[i32], exponents: &[u8]) {
     // 2^-e / FULL_WEIGHT by its bits: without a double precision unit scalbn takes hundreds of instructions.
-    let power = |e: i32| f64::from_bits(((1023 - HULL_WEIGHT_BITS - e).max(0) as u64) << 52);
+    let power = |e: i32| f64::from_bits(((1023 - FULL_WEIGHT_BITS as i32 - e).max(0) as u64) << 52);
     let mut sums = normal.iter_mut().zip(block);
     for (i, &row) in exponents.iter().enumerate() {
         for ((sum, &part), &column) in sums.by_ref().take(i + 1).zip(exponents) {

@@ -1,6 +1,6 @@
 //! The local fit: every node has its own weight vector, eqs. (14)-(16) made to converge.
 //!
-//! Over the hull's voxels n, those within about a voxel of the surface and one in four of the others, with trilinear
+//! Over the hull's voxels n, those within three quarters of a voxel of the surface and one in four of the others, with trilinear
 //! weights φ_jn to their eight nodes j, and B a box mean over the nodes:
 //!
 //! ```text

@@ -21,20 +21,10 @@ const fn cell(q: usize) -> [Factors; CELL_VOXELS] {
     let mut all = [[0; 8]; CELL_VOXELS];
     let mut voxel = 0;
     while voxel < q * q * q {
-        let (x, y, z) = (voxel % q, voxel / q % q, voxel / (q * q));
-        let (u, v, w) = (q - x, q - y, q - z);
-        let [a, b, c, d] = [v * w, y * w, v * z, y * z];
-        let [e, f, g, h] = [[u * a, x * a], [u * b, x * b], [u * c, x * c], [u * d, x * d]];
-        all[voxel] = [
-            e[0] as i16,
-            e[1] as i16,
-            f[0] as i16,
-            f[1] as i16,
-            g[0] as i16,
-            g[1] as i16,
-            h[0] as i16,
-            h[1] as i16,
-        ];
+        let [x, y, z] = [voxel % q, voxel / q % q, voxel / (q * q)];
+        let [x, y, z] = [x as i16, y as i16, z as i16];
+        let (u, v, w) = (q as i16 - x, q as i16 - y, q as i16 - z);
+        all[voxel] = [u * v * w, x * v * w, u * y * w, x * y * w, u * v * z, x * v * z, u * y * z, x * y * z];
         voxel += 1;
     }
     all

@@ -1,7 +1,8 @@
 //! The arithmetic that ships.
 
 use super::{
-    Arithmetic, CURVATURE_BITS, DISTANCE_BITS, Kernel, MOMENTUM_BITS, RESIDUAL_LIMIT, Stride, WEIGHT_BITS,
+    Arithmetic, CURVATURE_BITS, DISTANCE_BITS, FULL_WEIGHT_BITS, Kernel, MOMENTUM_BITS, RATIO_LIMIT,
+    RAW_CURVATURE_BITS, RESIDUAL_LIMIT, Stride, WEIGHT_BITS,
 };
 use crate::corner_rows::FixedRow;
 use crate::fixed::{Factor, Multiplier, round_shift, round_shift_wide, saturate};
@@ -44,7 +45,7 @@ impl Arithmetic for Fixed {
     fn residual(mean: i16, target: i16, weight: i32, sum: i32) -> i16 {
         let fitted = i32::from(mean).saturating_add(sum);
         let residual = fitted.saturating_sub(i32::from(target)).clamp(-RESIDUAL_LIMIT, RESIDUAL_LIMIT);
-        saturate(round_shift(residual * weight, 4))
+        saturate(round_shift(residual * weight, FULL_WEIGHT_BITS))
     }
 
     #[inline(always)]
@@ -59,8 +60,8 @@ impl Arithmetic for Fixed {
 
     #[inline(always)]
     fn curvature(raw: u32, weight: i32, factor: i32) -> i32 {
-        let voxel = (raw >> 4).min(65535) as i32;
-        round_shift(voxel * weight, 4).wrapping_mul(factor)
+        let voxel = (raw >> (RAW_CURVATURE_BITS - CURVATURE_BITS)).min(65535) as i32;
+        round_shift(voxel * weight, FULL_WEIGHT_BITS).wrapping_mul(factor)
     }
 
     #[inline(always)]
@@ -93,7 +94,7 @@ impl Arithmetic for Fixed {
 
     #[inline(always)]
     fn ratio(boxed: i32, reciprocal: Factor, kernel: Kernel) -> i32 {
-        let limit = 64i32 << kernel.ratio_bits;
+        let limit = RATIO_LIMIT << kernel.ratio_bits;
         reciprocal.unpacked().multiply(boxed).max(1 - limit).min(limit - 1)
     }
 

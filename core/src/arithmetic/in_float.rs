@@ -1,8 +1,8 @@
 //! What the arithmetic that ships is measured against.
 
 use super::{
-    Arithmetic, CURVATURE_BITS, DISTANCE_BITS, FULL_WEIGHT, Fixed, Kernel, MAX_WEIGHT, MOMENTUM_BITS,
-    RESIDUAL_LIMIT, Stride,
+    Arithmetic, DISTANCE_BITS, FULL_WEIGHT, Fixed, Kernel, MAX_WEIGHT, MOMENTUM_BITS, RATIO_LIMIT,
+    RAW_CURVATURE_BITS, RESIDUAL_LIMIT, Stride,
 };
 use crate::trilinear::Factors;
 
@@ -56,7 +56,7 @@ impl Arithmetic for Float {
     }
 
     fn curvature(raw: u32, weight: i32, factor: i32) -> f64 {
-        let voxel = f64::from(raw) / f64::from(1 << (CURVATURE_BITS + 4));
+        let voxel = f64::from(raw) / f64::from(1 << RAW_CURVATURE_BITS);
         voxel * f64::from(weight) / f64::from(FULL_WEIGHT) * f64::from(factor)
     }
 
@@ -81,7 +81,7 @@ impl Arithmetic for Float {
     }
 
     fn ratio(boxed: f64, reciprocal: f64, _: Kernel) -> f64 {
-        (boxed * reciprocal).clamp(-64.0, 64.0)
+        (boxed * reciprocal).clamp(-f64::from(RATIO_LIMIT), f64::from(RATIO_LIMIT))
     }
 
     fn gain(step: f64, gain: f64, kernel: Kernel) -> f64 {

@@ -35,8 +35,8 @@ pub struct Neighbourhoods<'a> {
 }
 
 impl<'a> Neighbourhoods<'a> {
-    /// Of the `used` points of a scan, none above `widest`; the narrowest is one of about so many points at the `samples`.
-    /// `None` where it would be above that.
+    /// Of the `used` points of a scan, none wider than `widest`; the narrowest has about [`POINTS`] points at the `samples`.
+    /// `None` where it would be wider.
     pub fn new(
         (scan, normals): (&'a Mesh, &'a [Vector]),
         used: &[usize],

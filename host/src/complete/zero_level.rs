@@ -12,11 +12,11 @@ const NARROW: f64 = 1.5;
 /// The same on the model's own grid.
 const COARSE_NARROW: f64 = 0.8;
 
-/// Bytes of memory that extracting a surface takes for a voxel of the finer grid, at most. (The built-in model, 4 times as
-/// fine: 10, with the mesh.)
+/// Bytes of memory that extracting a surface takes for a voxel of the finer grid, with the mesh. (The built-in model: 16 twice
+/// as fine, 10 four times as fine; the finer the grid, the less the mesh is of it.)
 const BYTES_A_VOXEL: u64 = 16;
 
-/// Bytes of memory that extracting the zero level `factor` times as fine as a model's grid takes, at most.
+/// Bytes of memory that extracting the zero level `factor` times as fine as a model's grid may take.
 pub fn memory(sides: [u16; 3], factor: usize) -> u64 {
     let fine = |side: u16| u64::from(side).saturating_mul(factor as u64);
     sides.into_iter().map(fine).fold(BYTES_A_VOXEL, u64::saturating_mul)

@@ -322,7 +322,7 @@ fn chosen(settings: &train::Settings) -> impl std::fmt::Debug {
         apart,
         memory: _,
         limits,
-    } = settings.clone();
+    } = settings;
     ((spacing, modes, stride, unit, band, spread), (distances, border_share, symmetric, apart, limits))
 }
 

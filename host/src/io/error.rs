@@ -161,7 +161,7 @@ pub enum Problem {
 }
 
 /// A problem in words, with the usual remedy.
-pub(super) fn say(what: impl Into<String>) -> Problem {
+pub(super) fn export_again(what: impl Into<String>) -> Problem {
     Problem::Other(format!("{}; export the file again", what.into()))
 }
 

@@ -4,9 +4,11 @@ use crate::mesh::{Point, Vector};
 
 /// Parts along the longest side of a triangle, at most.
 const MOST_PARTS: f64 = 1000.0;
-/// A triangle that is more than so many times as long as it is high, and as its parts may be, is cut into slices: equal
-/// triangles would be as many as the square of its length asks for, whatever its area.
-const NEEDLE: [f64; 2] = [8.0, 32.0];
+/// A triangle that is more than so many times as long as it is high is a needle, if it is long.
+const NEEDLE: f64 = 8.0;
+/// A needle of more parts than this is cut into slices: equal triangles would be as many as the square of its length asks
+/// for, whatever its area.
+const LONG: f64 = 32.0;
 
 /// Calls `add` with the centroids of parts of a triangle, none longer than `spacing`, and their normal and area.
 pub fn sample(triangle: &[Point; 3], spacing: f64, add: &mut impl FnMut(Vector, Vector, f64)) {
@@ -18,8 +20,7 @@ pub fn sample(triangle: &[Point; 3], spacing: f64, add: &mut impl FnMut(Vector, 
     let Some((longest, side)) = sides.into_iter().max_by(longer) else { return };
     let parts = |length: f64| (length / spacing).ceil().clamp(1.0, MOST_PARTS);
     let (double, height) = (cross.norm(), cross.norm() / longest);
-    let [high, part] = NEEDLE;
-    if longest > high * height && longest > part * spacing {
+    if longest > NEEDLE * height && longest > LONG * spacing {
         let add = &mut |at: Vector, area: f64| add(at, normal, area);
         sample_slices(side, [parts(longest), parts(height)], double / 2.0, add);
     } else {

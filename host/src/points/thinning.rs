@@ -7,6 +7,7 @@ use crate::cubes::{self, Cube, cube};
 use crate::mesh::{Mesh, Point, Vector};
 use rustc_hash::FxHashMap;
 
+/// Surface in a cube that faces one way: sums weighted by area.
 #[derive(Clone, Copy)]
 struct Cluster {
     position: Vector,

@@ -1,6 +1,6 @@
 //! The header of a PCD file.
 
-use crate::io::error::{Fault, Problem, say};
+use crate::io::error::{Fault, Problem, export_again};
 use crate::io::text::{quote, words};
 
 /// How the points are written.
@@ -89,7 +89,9 @@ impl Header {
                     b"binary" => Data::Binary,
                     b"binary_compressed" => Data::Compressed,
                     _ => {
-                        return Err(say(format!("DATA {:?} is not known", quote(kind))).in_line(lines));
+                        return Err(
+                            export_again(format!("DATA {:?} is not known", quote(kind))).in_line(lines)
+                        );
                     }
                 };
                 return draft.finish(data, at, lines).map_err(Problem::in_whole);
@@ -119,7 +121,7 @@ impl<'a> Draft<'a> {
             [b"HEIGHT", value] => self.area[1] = Some(integer(value)?),
             [b"POINTS", value] => self.points = Some(integer(value)?),
             [word, ..] => {
-                return Err(say(format!("{:?} does not belong into a PCD header", quote(word))));
+                return Err(export_again(format!("{:?} does not belong into a PCD header", quote(word))));
             }
         }
         Ok(())
@@ -127,10 +129,15 @@ impl<'a> Draft<'a> {
 
     fn finish(self, data: Data, length: usize, lines: usize) -> Result<Header, Problem> {
         let area = self.area[0].zip(self.area[1]).map(|(width, height)| width.saturating_mul(height));
-        let points =
-            self.points.or(area).ok_or_else(|| say("neither POINTS nor WIDTH and HEIGHT are given"))?;
+        let points = self
+            .points
+            .or(area)
+            .ok_or_else(|| export_again("neither POINTS nor WIDTH and HEIGHT are given"))?;
         if area.is_some_and(|area| area != points) {
-            return Err(say(format!("WIDTH times HEIGHT is {}, POINTS is {points}", area.unwrap_or(0))));
+            return Err(export_again(format!(
+                "WIDTH times HEIGHT is {}, POINTS is {points}",
+                area.unwrap_or(0)
+            )));
         }
         if points > u32::MAX as usize {
             return Err(Problem::TooMany);
@@ -140,14 +147,14 @@ impl<'a> Draft<'a> {
             || self.types.len() != count
             || !matches!(self.counts.len(), n if n == 0 || n == count)
         {
-            return Err(say("FIELDS, SIZE, TYPE and COUNT have different lengths"));
+            return Err(export_again("FIELDS, SIZE, TYPE and COUNT have different lengths"));
         }
         let mut header = Header { fields: vec![], points, data, columns: 0, stride: 0, length, lines };
         for (number, name) in self.fields.iter().enumerate() {
             let kind = kind(self.types[number], self.sizes[number])?;
             let repeats = self.counts.get(number).map_or(Ok(1), |word| integer(word))?;
             if repeats == 0 {
-                return Err(say(format!("the field {:?} has the COUNT 0", quote(name))));
+                return Err(export_again(format!("the field {:?} has the COUNT 0", quote(name))));
             }
             let bytes = integer(self.sizes[number])?.saturating_mul(repeats);
             let column = Column { kind, number: header.columns, offset: header.stride, bytes };
@@ -156,7 +163,7 @@ impl<'a> Draft<'a> {
             header.stride = header.stride.saturating_add(bytes);
         }
         if header.stride > 1 << 20 {
-            return Err(say(format!("a point of {} bytes is none", header.stride)));
+            return Err(export_again(format!("a point of {} bytes is none", header.stride)));
         }
         Ok(header)
     }
@@ -175,7 +182,11 @@ fn kind(letter: &[u8], size: &[u8]) -> Result<Kind, Problem> {
         (b"U", b"4") => Kind::U32,
         (b"U", b"8") => Kind::U64,
         _ => {
-            return Err(say(format!("TYPE {} with SIZE {} is not known", quote(letter), quote(size))));
+            return Err(export_again(format!(
+                "TYPE {} with SIZE {} is not known",
+                quote(letter),
+                quote(size)
+            )));
         }
     })
 }

@@ -1,7 +1,7 @@
 //! The header of a PLY file: which elements follow, and how they are laid out.
 
 use super::scalar::Kind;
-use crate::io::error::{Fault, Problem, say};
+use crate::io::error::{Fault, Problem, export_again};
 use crate::io::text::{quote, words};
 
 /// How the values after the header are written.
@@ -48,7 +48,7 @@ impl Header {
     pub fn parse(bytes: &[u8]) -> Result<Self, Fault> {
         let mut cursor = Cursor { bytes, at: 0, lines: 0, only_cr: false };
         if cursor.line().is_none_or(|line| line.trim_ascii_end() != b"ply") {
-            return Err(say("the first line is not \"ply\"; this is another format").in_line(1));
+            return Err(export_again("the first line is not \"ply\"; this is another format").in_line(1));
         }
         cursor.only_cr = bytes[..cursor.at].ends_with(b"\r");
         let mut draft = Draft::default();
@@ -59,7 +59,8 @@ impl Header {
             }
             draft.line(line).map_err(|problem| problem.in_line(cursor.lines))?;
         }
-        let encoding = draft.encoding.ok_or_else(|| say("the header has no \"format\" line").in_whole())?;
+        let encoding =
+            draft.encoding.ok_or_else(|| export_again("the header has no \"format\" line").in_whole())?;
         Ok(Header { encoding, elements: draft.elements, length: cursor.at, lines: cursor.lines })
     }
 
@@ -107,7 +108,7 @@ impl Draft {
             [b"element", name, count] => self.element(name, count),
             [b"property", b"list", length, kind, name] => self.property(Some(length), kind, name),
             [b"property", kind, name] => self.property(None, kind, name),
-            _ => Err(say(format!("{:?} does not belong into a PLY 1.0 header", quote(line)))),
+            _ => Err(export_again(format!("{:?} does not belong into a PLY 1.0 header", quote(line)))),
         }
     }
 
@@ -116,7 +117,7 @@ impl Draft {
             b"ascii" => Encoding::Ascii,
             b"binary_little_endian" => Encoding::Little,
             b"binary_big_endian" => Encoding::Big,
-            _ => return Err(say(format!("the encoding {:?} is not known", quote(name)))),
+            _ => return Err(export_again(format!("the encoding {:?} is not known", quote(name)))),
         });
         Ok(())
     }
@@ -124,7 +125,7 @@ impl Draft {
     fn element(&mut self, name: &[u8], count: &[u8]) -> Result<(), Problem> {
         let name = String::from_utf8_lossy(name).into_owned();
         if self.elements.iter().any(|element| element.name == name) {
-            return Err(say(format!("the element {name:?} is declared twice")));
+            return Err(export_again(format!("the element {name:?} is declared twice")));
         }
         let parsed = std::str::from_utf8(count).ok().and_then(|text| text.parse().ok());
         let count = parsed.ok_or_else(|| Problem::NotANumber(quote(count)))?;
@@ -136,10 +137,11 @@ impl Draft {
     }
 
     fn property(&mut self, length: Option<&&[u8]>, kind: &[u8], name: &[u8]) -> Result<(), Problem> {
-        let unknown = |kind: &[u8]| say(format!("the number type {:?} is not known", quote(kind)));
+        let unknown = |kind: &[u8]| export_again(format!("the number type {:?} is not known", quote(kind)));
         let named = |kind: &[u8]| Kind::named(kind).ok_or_else(|| unknown(kind));
         let length_kind = length.map(|length| named(length)).transpose()?;
-        let element = self.elements.last_mut().ok_or_else(|| say("a property stands before any element"))?;
+        let element =
+            self.elements.last_mut().ok_or_else(|| export_again("a property stands before any element"))?;
         let name = String::from_utf8_lossy(name).into_owned();
         element.properties.push(Property { name, kind: named(kind)?, length_kind });
         Ok(())
