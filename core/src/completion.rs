@@ -12,12 +12,15 @@ use crate::fitted::Fitted;
 use crate::global_fit::GlobalFit;
 use crate::hull::{Hull, HullBuilder, Reach};
 use crate::local_fit::LocalFit;
+use crate::memory::Memory;
 use crate::model::Model;
 use crate::pose::Pose;
-use crate::pose_fit::{Agreement, PoseBuffers, PoseFit, Round};
+use crate::pose_fit::{Agreement, PoseFit, Round};
+use crate::progress::Progress;
 use crate::schedule::Schedule;
+use crate::sizes::Sizes;
 use crate::standing::Standing;
-use crate::workspace::{Progress, Workspace};
+use crate::workspace::Workspace;
 
 /// Points the pose is estimated from; of more, every so many.
 pub const POSE_POINTS: usize = 1600;
@@ -52,59 +55,6 @@ pub struct Settings<'b> {
     pub rounds: &'b [Round],
     /// Iterations of the local fit.
     pub schedule: Schedule<'b>,
-}
-
-/// All memory of a completion; [`Sizes::required`](crate::Sizes::required) tells how much.
-#[derive(Debug)]
-pub struct Memory<'b, A: Arithmetic> {
-    /// The pose fit's.
-    pub pose: PoseBuffers<'b>,
-    /// Hull targets, one a stored voxel.
-    pub targets: &'b mut [i16],
-    /// Normal equations of the global fit.
-    pub normal: &'b mut [f64],
-    /// Its sums over a brick.
-    pub block: &'b mut [i32],
-    /// Global weights, one a mode.
-    pub global: &'b mut [f64],
-    /// The local fit's.
-    pub workspace: Workspace<'b, A>,
-}
-
-impl<A: Arithmetic> Memory<'_, A> {
-    /// Bytes that are lent.
-    pub const fn bytes(&self) -> usize {
-        let Self { pose, targets, normal, block, global, workspace: w } = self;
-        size_of_val(&*pose.normal)
-            + size_of_val(&*pose.chunk)
-            + size_of_val(&*pose.columns)
-            + size_of_val(&*pose.weights)
-            + size_of_val(&**targets)
-            + size_of_val(&**normal)
-            + size_of_val(&**block)
-            + size_of_val(&**global)
-            + size_of_val(&*w.weights)
-            + size_of_val(&*w.previous)
-            + size_of_val(&*w.residuals)
-            + size_of_val(&*w.hull_rows)
-            + size_of_val(&*w.gradient)
-            + size_of_val(&*w.dense)
-            + size_of_val(&*w.reciprocals)
-            + size_of_val(&*w.nodes)
-            + size_of_val(&*w.cell)
-    }
-
-    /// The same memory, lent on for one completion.
-    pub const fn reborrow(&mut self) -> Memory<'_, A> {
-        Memory {
-            pose: self.pose.reborrow(),
-            targets: self.targets,
-            normal: self.normal,
-            block: self.block,
-            global: self.global,
-            workspace: self.workspace.reborrow(),
-        }
-    }
 }
 
 /// What a completion found, as far as it has come. Whatever the scan was, a fit comes to an end; whether its result can be
@@ -212,7 +162,7 @@ impl<'b, A: Arithmetic> Completion<'b, A> {
         settings: Settings<'b>,
         memory: Memory<'b, A>,
     ) -> Result<Self, Error> {
-        crate::workspace::Sizes::required(model, &settings.schedule)?.check(&memory)?;
+        Sizes::required(model, &settings.schedule)?.check(&memory)?;
         settings.reach.check()?;
         let fit = PoseFit::new(model, cloud, POSE_POINTS, pose, settings.rounds, memory.pose)?;
         let outcome = Outcome {

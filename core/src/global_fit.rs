@@ -15,7 +15,8 @@ use crate::error::{Buffer, Error, OptionName};
 use crate::hull::Hull;
 use crate::model::Model;
 use crate::packed::packed;
-use crate::workspace::{Progress, first};
+use crate::progress::Progress;
+use crate::workspace::first;
 
 /// Sums of a brick's voxels fit 32 bits: residuals are larger than basis values.
 const _: () = assert!(MAX_BRICK_VOXELS as i64 * FULL_WEIGHT as i64 * 128 * (RESIDUAL_LIMIT as i64) < 1 << 31);

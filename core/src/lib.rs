@@ -8,16 +8,16 @@
 //! Data flows one way: scan ([`cloud`]) → [`pose`] → [`hull`] → [`global_fit`] → [`local_fit`] → distances;
 //! [`completion`] runs it as one job, and [`wire`] lets a host run that job on a device.
 //! Lengths are in voxels, 1/256 voxel in integers; millimetres live at the edge, in the [`pose`].
-//! No heap, no panic, no unsafe code: the caller lends all memory ([`workspace`] tells how much),
+//! No heap, no panic, no unsafe code: the caller lends all memory ([`sizes`] tells how much),
 //! constructors check everything, steps do a bounded piece of work and cannot fail. That nothing can panic is proved by the
 //! linker, for the profile of the firmwares in `targets`: optimised for speed or for size, link-time optimisation, one code
 //! unit, no overflow checks. Other profiles may keep checks that never fail. A step takes up to 17 KiB of stack.
 //!
 //! ```
-//! use lacuna::completion::{Completion, Memory, Outcome, Settings};
+//! use lacuna::completion::{Completion, Outcome, Settings};
 //! use lacuna::cloud::Packed;
 //! use lacuna::brick::MAX_BRICK_VOXELS;
-//! use lacuna::{Cloud, Error, Fixed, Model, Pose, Reach, Schedule, pose_fit::ROUNDS};
+//! use lacuna::{Cloud, Error, Fixed, Memory, Model, Pose, Reach, Schedule, pose_fit::ROUNDS};
 //!
 //! /// `model`: the bytes of a model file; `points`: packed by [`cloud::pack`](lacuna::cloud::pack) in steps of `step` scan
 //! /// units; `memory`: statics of the [`Sizes`](lacuna::Sizes) that the model requires; `surface` is told of every stored
@@ -69,11 +69,14 @@ pub mod global_fit;
 pub mod grid;
 pub mod hull;
 pub mod local_fit;
+pub mod memory;
 pub mod mirror;
 pub mod model;
 pub mod pose;
 pub mod pose_fit;
+pub mod progress;
 pub mod schedule;
+pub mod sizes;
 pub mod standing;
 pub mod wire;
 pub mod workspace;
@@ -111,9 +114,12 @@ pub use error::Error;
 pub use global_fit::GlobalFit;
 pub use hull::{Hull, HullBuilder, Reach};
 pub use local_fit::LocalFit;
+pub use memory::Memory;
 pub use model::Model;
 pub use pose::Pose;
 pub use pose_fit::{PoseBuffers, PoseFit};
+pub use progress::Progress;
 pub use schedule::{Pass, Schedule};
+pub use sizes::Sizes;
 pub use standing::Standing;
-pub use workspace::{Progress, Sizes, Workspace};
+pub use workspace::Workspace;

@@ -37,8 +37,9 @@ use crate::hull::Hull;
 use crate::hull_rows::HullRows;
 use crate::model::Model;
 use crate::nodes::{Extent, NodeMap};
+use crate::progress::Progress;
 use crate::schedule::Schedule;
-use crate::workspace::{Progress, Workspace, cell_len, first, gradient_len};
+use crate::workspace::{Workspace, cell_len, first, gradient_len};
 
 /// The kinds of work of a local fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

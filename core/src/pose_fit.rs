@@ -30,7 +30,8 @@ use crate::packed::packed;
 use crate::patch::eliminate_own_weights;
 use crate::pose::{Pose, dot, zip};
 use crate::pose_row::{EXTRA, MOST_ENTRIES, Rows};
-use crate::workspace::{Progress, first};
+use crate::progress::Progress;
+use crate::workspace::first;
 use core::ops::Range;
 use serde::{Deserialize, Serialize};
 
@@ -113,8 +114,8 @@ impl Hint {
     }
 }
 
-/// Memory of a pose fit.
-#[derive(Debug)]
+/// Memory of a pose fit; by default, none.
+#[derive(Debug, Default)]
 pub struct PoseBuffers<'b> {
     /// [`sums_len`] elements.
     pub normal: &'b mut [f64],

@@ -3,12 +3,14 @@
 use crate::points::PackedPoints;
 use crate::raster;
 use lacuna::columns::{Column, PATCH};
-use lacuna::completion::{self, Memory, Outcome, Settings};
+use lacuna::completion::{self, Outcome, Settings};
 use lacuna::digest::digest;
 use lacuna::format::PER_VOXEL;
 use lacuna::hull::{Hull, Target};
 use lacuna::mirror;
-use lacuna::{Arithmetic, Completion, Error, LocalFit, Model, Pose, PoseBuffers, Schedule, Sizes, Workspace};
+use lacuna::{
+    Arithmetic, Completion, Error, LocalFit, Memory, Model, Pose, PoseBuffers, Schedule, Sizes, Workspace,
+};
 use std::fmt;
 
 /// Results of a fit: distances are one a stored voxel, 1/256 voxel.

@@ -13,10 +13,11 @@ use super::results::Results;
 use crate::arithmetic::Fixed;
 use crate::brick::MAX_BRICK_VOXELS;
 use crate::cloud::{Cloud, Packed};
-use crate::completion::{Completion, Memory};
+use crate::completion::Completion;
 use crate::error::Error;
+use crate::memory::Memory;
 use crate::model::Model;
-use crate::workspace::Sizes;
+use crate::sizes::Sizes;
 
 pub use super::line::{Ended, MOST_FAILURES, Port};
 

@@ -3,11 +3,11 @@
 use crate::count::{Counts, Scale};
 use crate::text::Line;
 use crate::{MODEL, Machine, SCAN, memory, stack};
+use lacuna::Progress;
 use lacuna::brick::MAX_BRICK_VOXELS;
 use lacuna::cloud::Bytes;
 use lacuna::completion::{Outcome, Settings, Stage};
 use lacuna::local_fit::Task;
-use lacuna::workspace::Progress;
 use lacuna::{Cloud, Completion, Error, Fixed, Model, Reach, Schedule};
 
 /// Why the example ended early.

@@ -3,10 +3,9 @@
 use lacuna::arithmetic::Fixed;
 use lacuna::cloud::{CAPACITY, Packed};
 use lacuna::columns::{Column, PATCH};
-use lacuna::completion::Memory;
 use lacuna::corner_rows::{FixedRow, Row};
 use lacuna::fixed::Factor;
-use lacuna::{PoseBuffers, Workspace};
+use lacuna::{Memory, PoseBuffers, Workspace};
 use static_cell::ConstStaticCell;
 
 /// Sizes that the build has asked the model for.

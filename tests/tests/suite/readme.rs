@@ -1,8 +1,8 @@
 //! The README's firmware, taken from the README by `build.rs`: it compiles, and computes the golden bits.
 
 use lacuna::cloud::{Bytes, Packed};
-use lacuna::completion::{Memory, Outcome};
-use lacuna::{Error, Pose, Schedule, Sizes};
+use lacuna::completion::Outcome;
+use lacuna::{Error, Memory, Pose, Schedule, Sizes};
 use lacuna_fixtures::{MODEL, PACKED_SCAN, golden};
 use lacuna_host::fit::Buffers;
 use lacuna_tests::model;

@@ -1,0 +1,104 @@
+//! All memory of a completion, borrowed.
+
+use crate::arithmetic::Arithmetic;
+use crate::error::Buffer;
+use crate::pose_fit::PoseBuffers;
+use crate::workspace::Workspace;
+
+/// All memory of a completion, lent by the caller; by default, none. [`Sizes::required`](crate::Sizes::required) tells how much.
+#[derive(Debug)]
+pub struct Memory<'b, A: Arithmetic> {
+    /// The pose fit's.
+    pub pose: PoseBuffers<'b>,
+    /// Hull targets, one a stored voxel.
+    pub targets: &'b mut [i16],
+    /// Normal equations of the global fit.
+    pub normal: &'b mut [f64],
+    /// Its sums over a brick.
+    pub block: &'b mut [i32],
+    /// Global weights, one a mode.
+    pub global: &'b mut [f64],
+    /// The local fit's.
+    pub workspace: Workspace<'b, A>,
+}
+
+/// A buffer of it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Lent {
+    pub name: Buffer,
+    pub elements: usize,
+    /// Bytes of an element.
+    pub size: usize,
+}
+
+impl Lent {
+    const fn new<T>(name: Buffer, buffer: &[T]) -> Self {
+        Self { name, elements: buffer.len(), size: size_of::<T>() }
+    }
+
+    const fn bytes(&self) -> usize {
+        // A slice has no more bytes than an isize can say.
+        self.elements.saturating_mul(self.size)
+    }
+}
+
+/// How many there are.
+pub(crate) const BUFFERS: usize = 17;
+/// The first of them are the pose fit's.
+pub(crate) const POSE_BUFFERS: usize = 4;
+
+impl<A: Arithmetic> Memory<'_, A> {
+    /// Bytes that are lent.
+    pub fn bytes(&self) -> usize {
+        self.buffers().iter().map(Lent::bytes).fold(0, usize::saturating_add)
+    }
+
+    /// All buffers.
+    pub(crate) const fn buffers(&self) -> [Lent; BUFFERS] {
+        let Self { pose, targets, normal, block, global, workspace: w } = self;
+        [
+            Lent::new(Buffer::PoseSums, pose.normal),
+            Lent::new(Buffer::PoseChunk, pose.chunk),
+            Lent::new(Buffer::Columns, pose.columns),
+            Lent::new(Buffer::PoseWeights, pose.weights),
+            Lent::new(Buffer::Targets, targets),
+            Lent::new(Buffer::Normal, normal),
+            Lent::new(Buffer::Block, block),
+            Lent::new(Buffer::Weights, global),
+            Lent::new(Buffer::NodeWeights, w.weights),
+            Lent::new(Buffer::Previous, w.previous),
+            Lent::new(Buffer::Residuals, w.residuals),
+            Lent::new(Buffer::HullRows, w.hull_rows),
+            Lent::new(Buffer::Gradient, w.gradient),
+            Lent::new(Buffer::Dense, w.dense),
+            Lent::new(Buffer::Reciprocals, w.reciprocals),
+            Lent::new(Buffer::Nodes, w.nodes),
+            Lent::new(Buffer::Cell, w.cell),
+        ]
+    }
+
+    /// The same memory, lent on for one completion.
+    pub const fn reborrow(&mut self) -> Memory<'_, A> {
+        Memory {
+            pose: self.pose.reborrow(),
+            targets: self.targets,
+            normal: self.normal,
+            block: self.block,
+            global: self.global,
+            workspace: self.workspace.reborrow(),
+        }
+    }
+}
+
+impl<A: Arithmetic> Default for Memory<'_, A> {
+    fn default() -> Self {
+        Self {
+            pose: PoseBuffers::default(),
+            targets: &mut [],
+            normal: &mut [],
+            block: &mut [],
+            global: &mut [],
+            workspace: Workspace::default(),
+        }
+    }
+}

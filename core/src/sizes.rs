@@ -1,0 +1,153 @@
+//! How much memory a completion needs: elements of each buffer, known before there is one.
+
+use crate::arithmetic::{Arithmetic, Fixed};
+use crate::box_filter::dense_len;
+use crate::error::Error;
+use crate::global_fit::normal_len;
+use crate::hull_rows::rows_len;
+use crate::memory::{BUFFERS, Memory, POSE_BUFFERS};
+use crate::model::Model;
+use crate::nodes::{Extent, map_len};
+use crate::pose_fit::{columns_len, sums_len};
+use crate::schedule::Schedule;
+use crate::workspace::{cell_len, gradient_len, too_small};
+
+/// Elements each buffer must have at least. Their types are those of the fields of [`Memory`],
+/// [`PoseBuffers`](crate::PoseBuffers) and [`Workspace`](crate::Workspace); a build script that calls [`Sizes::required`] can
+/// write them as constants for statics.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Sizes {
+    /// Hull targets, i16.
+    pub targets: usize,
+    /// Weights at the nodes.
+    pub weights: usize,
+    /// The same before the last step; 0 without momentum.
+    pub previous: usize,
+    /// Residuals; the hull's keys share this memory in fixed point.
+    pub residuals: usize,
+    /// Masks of the hull's rows, u8.
+    pub hull_rows: usize,
+    /// Gradients of a group of modes, or of all modes in two layers of nodes.
+    pub gradient: usize,
+    /// Dense node field, and the lines of the box filter.
+    pub dense: usize,
+    /// Reciprocal curvatures, one an active node.
+    pub reciprocals: usize,
+    /// Node map, u32.
+    pub nodes: usize,
+    /// Weights and shares of a cell.
+    pub cell: usize,
+    /// Normal equations of the global fit, f64.
+    pub normal: usize,
+    /// Sums of the global fit over a brick, i32.
+    pub block: usize,
+    /// Global weights, f64.
+    pub global: usize,
+    /// Sums of the pose fit, f64, and again f32.
+    pub pose_sums: usize,
+    /// Columns of the pose fit, each a [`Column`](crate::columns::Column).
+    pub pose_columns: usize,
+}
+
+impl Sizes {
+    /// What pose, hull, global fit and local fit of a model need together.
+    ///
+    /// # Errors
+    /// A schedule that does not go with the model.
+    pub fn required(model: &Model<'_>, schedule: &Schedule<'_>) -> Result<Self, Error> {
+        let stride = schedule.check(model)?.voxels;
+        let (modes, voxels) = (model.modes(), model.voxels());
+        let (Extent { active, widest }, nodes) = (Extent::of(model, stride), model.grid().nodes(stride));
+        let weights = active * modes;
+        Ok(Self {
+            targets: voxels,
+            weights,
+            previous: if schedule.momentum == 0 { 0 } else { weights },
+            residuals: voxels,
+            hull_rows: rows_len(model),
+            gradient: gradient_len(Extent { active, widest }, modes),
+            dense: dense_len(model.grid().node_sides(stride)),
+            reciprocals: active,
+            nodes: map_len(nodes),
+            cell: cell_len(modes, stride),
+            normal: normal_len(modes),
+            block: normal_len(modes),
+            global: modes,
+            pose_sums: sums_len(modes),
+            pose_columns: columns_len(modes),
+        })
+    }
+
+    /// The sizes with names for constants, as a build script writes them for statics.
+    pub const fn named(&self) -> [(&'static str, usize); 15] {
+        [
+            ("TARGETS", self.targets),
+            ("WEIGHTS", self.weights),
+            ("PREVIOUS", self.previous),
+            ("RESIDUALS", self.residuals),
+            ("HULL_ROWS", self.hull_rows),
+            ("GRADIENT", self.gradient),
+            ("DENSE", self.dense),
+            ("RECIPROCALS", self.reciprocals),
+            ("NODES", self.nodes),
+            ("CELL", self.cell),
+            ("NORMAL", self.normal),
+            ("BLOCK", self.block),
+            ("GLOBAL", self.global),
+            ("POSE_SUMS", self.pose_sums),
+            ("POSE_COLUMNS", self.pose_columns),
+        ]
+    }
+
+    /// Whether the memory of a completion is large enough.
+    ///
+    /// # Errors
+    /// The first buffer that is too small.
+    pub fn check<A: Arithmetic>(&self, memory: &Memory<'_, A>) -> Result<(), Error> {
+        let mut buffers = memory.buffers().into_iter().zip(self.needed());
+        let short = buffers.find(|(lent, needed)| lent.elements < *needed);
+        short.map_or(Ok(()), |(lent, needed)| Err(too_small(lent.name, needed, lent.elements)))
+    }
+
+    /// Bytes of all buffers in an arithmetic; `usize::MAX` if they are more than a `usize` can say.
+    pub fn bytes<A: Arithmetic>(&self) -> usize {
+        self.bytes_of_first::<A>(BUFFERS)
+    }
+
+    /// Bytes of the pose fit's buffers among them.
+    pub fn pose_bytes(&self) -> usize {
+        // They are the same in every arithmetic.
+        self.bytes_of_first::<Fixed>(POSE_BUFFERS)
+    }
+
+    fn bytes_of_first<A: Arithmetic>(&self, count: usize) -> usize {
+        let none = Memory::<A>::default();
+        let bytes =
+            none.buffers().into_iter().zip(self.needed()).map(|(buffer, n)| n.saturating_mul(buffer.size));
+        bytes.take(count).fold(0, usize::saturating_add)
+    }
+
+    /// Elements of each buffer, in the order of [`Memory::buffers`].
+    const fn needed(&self) -> [usize; BUFFERS] {
+        [
+            self.pose_sums,
+            self.pose_sums,
+            self.pose_columns,
+            self.global,
+            self.targets,
+            self.normal,
+            self.block,
+            self.global,
+            self.weights,
+            self.previous,
+            self.residuals,
+            self.hull_rows,
+            self.gradient,
+            self.dense,
+            self.reciprocals,
+            self.nodes,
+            self.cell,
+        ]
+    }
+}
