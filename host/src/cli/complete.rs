@@ -8,7 +8,7 @@ use crate::check::alternatives;
 use crate::complete::merge::MEASURED;
 use crate::complete::verdict::Grade;
 use crate::complete::{
-    self, Completion, Hint, Options, Start, complete_by, depth_rows, fit_here, picture, zero_level,
+    self, Completion, GivenPose, Options, Start, complete_by, depth_rows, fit_here, picture, zero_level,
 };
 use crate::fit::Fit;
 use crate::io::{self, PlyOut};
@@ -111,26 +111,26 @@ impl Complete {
     fn advise(&self, model: &Model<'_>, completion: &mut Completion) {
         let verdict = &mut completion.verdict;
         if verdict.grade == Grade::Reject && self.pose.is_none() && self.pose_hint.is_none() {
-            let explained = verdict.explained();
+            let explained = verdict.evidence.explained();
             verdict.reasons.extend(alternatives::advice(
                 model,
                 &completion.scan,
                 self.subject.seed,
-                (explained, verdict.scale),
+                (explained, verdict.evidence.scale),
             ));
         }
     }
 
     fn options(&self, model: &Model<'_>) -> Result<Options<'static>, Failure> {
         let factor = self.subject.factor(model);
-        let hint = match (&self.pose, &self.pose_hint) {
-            (Some(pose), _) => Hint::Exact(inputs::pose(pose, model, factor)?),
-            (None, Some(pose)) => Hint::Rough(inputs::pose(pose, model, factor)?),
-            (None, None) => Hint::None,
+        let pose = match (&self.pose, &self.pose_hint) {
+            (Some(pose), _) => GivenPose::Exact(inputs::pose(pose, model, factor)?),
+            (None, Some(pose)) => GivenPose::Rough(inputs::pose(pose, model, factor)?),
+            (None, None) => GivenPose::None,
         };
         let schedule = if self.momentum { Schedule::with_momentum(model) } else { Schedule::of(model) };
         let (finer, keep_noise) = (usize::from(self.finer), self.keep_noise);
-        Ok(Options { hint, seed: self.subject.seed, schedule, finer, keep_noise })
+        Ok(Options { pose, seed: self.subject.seed, schedule, finer, keep_noise })
     }
 
     /// Refuses a surface so fine that it needs more memory than allowed.

@@ -78,17 +78,17 @@ impl Completed<'_> {
 
     /// How well the scan is met, and what was not seen of the surface.
     fn surface(&self, symbol: &str) -> Vec<String> {
-        let verdict = self.verdict;
+        let evidence = &self.verdict.evidence;
         let mut lines = vec![
             format!(
                 "fitted surface  {:.1} % of the scan near the model lies on it",
-                100.0 * verdict.inlier_share
+                100.0 * evidence.inlier_share
             ),
-            format!("seen part       {} {symbol} rms from the fitted surface", digits(verdict.seen_rms, 3)),
+            format!("seen part       {} {symbol} rms from the fitted surface", digits(evidence.seen_rms, 3)),
             format!(
                 "inferred part   {:.0} % of the surface, {} {symbol}2",
-                100.0 * verdict.inferred_share,
-                digits(verdict.inferred_area, 0)
+                100.0 * evidence.inferred_share,
+                digits(evidence.inferred_area, 0)
             ),
             self.expected_error.line(symbol),
         ];
@@ -108,13 +108,13 @@ impl Completed<'_> {
 
     /// Shape, size, pose, and the digests that a device must reach too.
     fn fit(&self) -> [String; 4] {
-        let verdict = self.verdict;
-        let [found, next] = verdict.pose_inliers.map(|share| 100.0 * share);
+        let evidence = &self.verdict.evidence;
+        let [found, next] = evidence.pose_inliers.map(|share| 100.0 * share);
         // Beside a pose that was given none was tried.
         let next = if next > 0.0 { format!(", the next best {next:.1} %") } else { String::new() };
         [
-            format!("weights         {:.2} deviations rms", verdict.weight_norm),
-            format!("scale           {:.3} of the class", verdict.scale),
+            format!("weights         {:.2} deviations rms", evidence.weight_norm),
+            format!("scale           {:.3} of the class", evidence.scale),
             format!("pose            explains {found:.1} % of the scan{next}"),
             format!("digests         {}", self.digests),
         ]

@@ -41,14 +41,14 @@ use merge::{Limits, MEASURED, Merged};
 use noise::Noise;
 pub use prepared::prepare;
 use prepared::{Prepared, prepare_by};
-pub use start::{Hint, Start, start};
-use verdict::{Grade, Verdict, weight_norm};
+pub use start::{GivenPose, Start, start};
+use verdict::{Evidence, Verdict, weight_norm};
 
 /// What a user can choose.
 #[derive(Clone, Copy, Debug)]
 pub struct Options<'a> {
     /// A pose that is known roughly, or exactly; searched for without a hint if not given.
-    pub hint: Hint,
+    pub pose: GivenPose,
     /// Seed of the search.
     pub seed: u64,
     /// Iterations of the local fit.
@@ -62,7 +62,7 @@ pub struct Options<'a> {
 impl Options<'static> {
     /// What `lacuna complete` takes unless it is told otherwise.
     pub const fn of(model: &Model<'_>) -> Self {
-        Self { hint: Hint::None, seed: 1, schedule: Schedule::of(model), finer: 2, keep_noise: false }
+        Self { pose: GivenPose::None, seed: 1, schedule: Schedule::of(model), finer: 2, keep_noise: false }
     }
 }
 
@@ -129,7 +129,8 @@ const STEP: f64 = 0.25;
 /// Rounds that the fitted surface is made fair before it is moved onto the scan.
 const FAIRING: usize = 15;
 
-/// Completes a scan in the arithmetic `A`.
+/// Completes a scan in the arithmetic `A`. What would make one fit that is rejected,
+/// [`alternatives::advice`](crate::check::alternatives::advice) finds out in some more searches.
 ///
 /// # Errors
 /// A scan that does not fit the model, or leaves no surface.
@@ -235,9 +236,7 @@ fn judge(
     let used = 1.0 - start.thinned.elsewhere - start.thinned.clutter;
     let (inliers, exactness) = fitted.explained(model, start);
     let placed = &fitted.placed;
-    Verdict {
-        grade: Grade::Good,
-        reasons: Vec::new(),
+    Evidence {
         inlier_share: agreement.inliers,
         outside_share: start.thinned.elsewhere + used * agreement.outside,
         seen_rms: agreement.rms / f64::from(placed.pose.scale),

@@ -25,9 +25,9 @@ pub fn belonging(model: &Model<'_>, Cleaned { scan, small, pieces, .. }: &Cleane
         return Mesh::default();
     }
     // With a pose that is exact no shape was fitted: one is, to a pose that may differ a little.
-    let fitted = known.fitted.clone().or_else(|| refine_hint(model, scan, &known.placed).ok());
-    let Some(fitted) = fitted else { return Mesh::default() };
-    let belongs: Vec<bool> = means.iter().map(|mean| mean.belongs(model, &fitted)).collect();
+    let found = known.registration.clone().or_else(|| refine_hint(model, scan, &known.placed).ok());
+    let Some(found) = found else { return Mesh::default() };
+    let belongs: Vec<bool> = means.iter().map(|mean| mean.belongs(model, &found)).collect();
     keep(small, |i| belongs[pieces[i] as usize])
 }
 
@@ -57,15 +57,15 @@ impl Mean {
         self.normal += normal;
     }
 
-    fn belongs(&self, model: &Model<'_>, fitted: &Registration) -> bool {
+    fn belongs(&self, model: &Model<'_>, found: &Registration) -> bool {
         let position = Point::from(self.position / self.area);
         let Some(normal) = self.normal.try_normalize(0.0).filter(|_| self.members >= FEWEST) else {
             return false;
         };
-        let placed = &fitted.placed;
+        let placed = &found.placed;
         let at = placed.to_model(&position).coords.map(|c| c as f32).into();
         let normal = placed.pose.rotate(normal.map(|c| c as f32).into());
-        let shape = Weights::new(&fitted.shape);
+        let shape = Weights::new(&found.shape);
         Standing::of(&mut Cube::new(model, &shape), at, normal) == Standing::Inlier
     }
 }

@@ -20,7 +20,7 @@ const CLEAN: f64 = 0.75;
 
 /// What is known of the pose beforehand.
 #[derive(Clone, Copy, Debug)]
-pub enum Hint {
+pub enum GivenPose {
     /// Nothing.
     None,
     /// Roughly: refined from there.
@@ -37,7 +37,7 @@ pub struct Known {
     /// How well that is known.
     pub hint: pose_fit::Hint,
     /// Pose and shape fitted to the scan from there; none where the pose is exact, or the scan too little for that.
-    pub fitted: Option<Registration>,
+    pub registration: Option<Registration>,
     /// What the next best pose that was tried explains, as a share of inliers; 0 where none was.
     pub runner_up: f64,
 }
@@ -100,13 +100,15 @@ pub fn start(model: &Model<'_>, scan: &Mesh, options: &Options<'_>) -> Result<St
 /// # Errors
 /// A scan that does not fit the model, when its pose is to be found.
 pub fn place(model: &Model<'_>, scan: &Mesh, options: &Options<'_>) -> Result<Known, Error> {
-    Ok(match options.hint {
-        Hint::None => Known::found(register(model, scan, options.seed)?),
-        Hint::Rough(placed) => match refine_hint(model, scan, &placed).ok() {
+    Ok(match options.pose {
+        GivenPose::None => Known::found(register(model, scan, options.seed)?),
+        GivenPose::Rough(placed) => match refine_hint(model, scan, &placed).ok() {
             Some(settled) if settled.hint() == pose_fit::Hint::Settled => Known::found(settled),
-            fitted => Known { placed, hint: pose_fit::Hint::Rough, fitted, runner_up: 0.0 },
+            registration => Known { placed, hint: pose_fit::Hint::Rough, registration, runner_up: 0.0 },
         },
-        Hint::Exact(placed) => Known { placed, hint: pose_fit::Hint::Exact, fitted: None, runner_up: 0.0 },
+        GivenPose::Exact(placed) => {
+            Known { placed, hint: pose_fit::Hint::Exact, registration: None, runner_up: 0.0 }
+        }
     })
 }
 
@@ -114,7 +116,7 @@ impl Known {
     /// A pose that was found, which the core refines.
     pub fn found(found: Registration) -> Self {
         let (placed, hint, runner_up) = (found.placed, found.hint(), found.runner_up);
-        Self { placed, hint, fitted: Some(found), runner_up }
+        Self { placed, hint, registration: Some(found), runner_up }
     }
 }
 
@@ -125,13 +127,12 @@ impl Known {
 pub fn thinned(model: &Model<'_>, scan: &Mesh, known: &Known) -> Thinned {
     let cell = CELL / f64::from(known.placed.pose.scale);
     let all = thin_scan(scan, cell, |_| true);
-    let fitted = known.fitted.as_ref();
-    let settled = fitted.map_or(known.placed, |fitted| fitted.placed);
-    let supported = |p: &Point| sample::far(model, voxels(&settled, p)).is_some();
-    let shape = fitted.map(|fitted| Weights::new(&fitted.shape));
+    let found = known.registration.as_ref();
+    let placed = found.map_or(known.placed, |found| found.placed);
+    let supported = |p: &Point| sample::far(model, voxels(&placed, p)).is_some();
+    let shape = found.map(|found| Weights::new(&found.shape));
     let mut surface = shape.as_ref().map(|shape| Cube::new(model, shape));
-    let mut belongs =
-        |p: &Point| surface.as_mut().is_none_or(|surface| belongs(surface, voxels(&settled, p)));
+    let mut belongs = |p: &Point| surface.as_mut().is_none_or(|surface| belongs(surface, voxels(&placed, p)));
     let whole = all.points.len();
     let near: Vec<&Point> = all.points.iter().filter(|p| supported(p)).collect();
     let on_it = near.iter().filter(|p| belongs(p)).count();
@@ -188,7 +189,8 @@ mod tests {
         let corners = [[-500., -500.], [500., -500.], [500., 500.], [-500., 500.]];
         scan.points.extend(corners.map(|[x, z]| Point::new(x, -150.0, z)));
         scan.triangles.extend([[first, first + 2, first + 1], [first, first + 3, first + 2]]);
-        let exactly = |placed| Known { placed, hint: pose_fit::Hint::Exact, fitted: None, runner_up: 0.0 };
+        let exactly =
+            |placed| Known { placed, hint: pose_fit::Hint::Exact, registration: None, runner_up: 0.0 };
         let kept = thinned(&model, &scan, &exactly(beside(&model, 0.0)));
         assert!(kept.points.points.len() <= CAPACITY && kept.elsewhere > 0.5, "{}", kept.elsewhere);
         let surface = Surface::new(&head).expect("a surface");
@@ -211,7 +213,7 @@ mod tests {
         let bounds = head.bounds().expect("a head");
         let things = [Surrounding::Hair, Surrounding::Collar, Surrounding::Table];
         scan.append(&Surrounding::meshes(things, bounds, 1));
-        let options = Options { hint: Hint::Rough(beside(&model, 2.0)), ..Options::of(&model) };
+        let options = Options { pose: GivenPose::Rough(beside(&model, 2.0)), ..Options::of(&model) };
         let [alone, among] = [&head, &scan].map(|scan| start(&model, scan, &options).expect("a start"));
         let hints = [alone.known.hint, among.known.hint];
         assert_eq!(hints, [pose_fit::Hint::Rough, pose_fit::Hint::Settled], "clutter would mislead the fit");

@@ -19,13 +19,21 @@ pub enum Grade {
     Reject,
 }
 
-/// What a completion is judged by. Lengths are in the scan's unit, limits in class millimetres.
+/// A judgement with its reasons.
 #[derive(Clone, Debug, Serialize)]
 pub struct Verdict {
     /// The judgement.
     pub grade: Grade,
     /// Why it is not better.
     pub reasons: Vec<String>,
+    /// What it rests on.
+    #[serde(flatten)]
+    pub evidence: Evidence,
+}
+
+/// What a completion is judged by. Lengths are in the scan's unit, limits in class millimetres.
+#[derive(Clone, Debug, Serialize)]
+pub struct Evidence {
     /// Share of the scan's points within two class millimetres of the fitted surface, of those near it.
     pub inlier_share: f64,
     /// Share of the scan's points that lie where the model stores nothing. What was left out of the completed mesh, by area,
@@ -211,16 +219,16 @@ fn size(scale: f64) -> Option<(Grade, String)> {
     })
 }
 
-impl Verdict {
-    /// Fills in grade and reasons; `millimetre` is one class millimetre in the scan's unit, called `unit`.
-    pub fn judged(mut self, millimetre: f64, unit: &str) -> Self {
+impl Evidence {
+    /// The verdict on it; `millimetre` is one class millimetre in the scan's unit, called `unit`.
+    pub fn judged(self, millimetre: f64, unit: &str) -> Verdict {
         let mut findings = Findings { grade: Grade::Good, reasons: Vec::new() };
         self.judge_pose(&mut findings);
         self.judge_fit(&mut findings, millimetre, unit);
         self.judge_unseen(&mut findings, millimetre, unit);
         findings.extend(size(self.scale));
-        (self.grade, self.reasons) = (findings.grade, findings.reasons);
-        self
+        let Findings { grade, reasons } = findings;
+        Verdict { grade, reasons, evidence: self }
     }
 
     /// Inlier share of the pose, of the points that do not lie where the model stores nothing.
@@ -313,10 +321,8 @@ fn percent(share: f64) -> String {
 mod tests {
     use super::*;
 
-    fn typical() -> Verdict {
-        Verdict {
-            grade: Grade::Reject,
-            reasons: vec![],
+    fn typical() -> Evidence {
+        Evidence {
             inlier_share: 0.97,
             outside_share: 0.02,
             seen_rms: 0.2,
@@ -335,30 +341,30 @@ mod tests {
     fn a_typical_scan_is_good_and_every_oddity_is_named() {
         assert_eq!(typical().judged(1.0, "mm").grade, Grade::Good);
         let loose =
-            Verdict { spread: Some(Spread { turn: 0.5, surface: 3.1 }), ..typical() }.judged(1.0, "mm");
+            Evidence { spread: Some(Spread { turn: 0.5, surface: 3.1 }), ..typical() }.judged(1.0, "mm");
         assert_eq!((loose.grade, loose.reasons.len()), (Grade::Check, 1));
-        let vague = Verdict { expected: Some(4.5), ..typical() };
+        let vague = Evidence { expected: Some(4.5), ..typical() };
         assert_eq!(vague.clone().judged(1.0, "mm").grade, Grade::Check);
         assert_eq!(vague.judged(2.0, "mm").grade, Grade::Good, "a class twice as large");
-        let upside_down = Verdict { pose_inliers: [0.99, 0.98], ..typical() }.judged(1.0, "mm");
+        let upside_down = Evidence { pose_inliers: [0.99, 0.98], ..typical() }.judged(1.0, "mm");
         assert_eq!((upside_down.grade, upside_down.reasons.len()), (Grade::Check, 1), "or not: a mug");
-        let scene = Verdict { pose_inliers: [0.6, 0.2], ..typical() };
+        let scene = Evidence { pose_inliers: [0.6, 0.2], ..typical() };
         assert_eq!(scene.clone().judged(1.0, "mm").grade, Grade::Check, "among hair");
-        let of = |exactness, weight_norm| Verdict { exactness, weight_norm, ..scene.clone() };
+        let of = |exactness, weight_norm| Evidence { exactness, weight_norm, ..scene.clone() };
         for other in [of(Some(0.65), 1.1), of(None, 1.1), of(Some(0.8), 3.3)] {
             assert_eq!(other.judged(1.0, "mm").grade, Grade::Reject, "hair, or a sphere");
         }
-        let with = |runner_up| Verdict { pose_inliers: [0.6, runner_up], ..of(Some(0.72), 1.1) };
+        let with = |runner_up| Evidence { pose_inliers: [0.6, runner_up], ..of(Some(0.72), 1.1) };
         let grades = [0.36, 0.46, 0.0].map(|runner_up| with(runner_up).judged(1.0, "mm").grade);
         let expected = [Grade::Check, Grade::Reject, Grade::Reject];
         assert_eq!(grades, expected, "a face with much hair, hair alone, a pose that was given");
-        let half_a_sphere = Verdict { pose_inliers: [0.24, 0.29], ..of(Some(0.94), 1.1) };
+        let half_a_sphere = Evidence { pose_inliers: [0.24, 0.29], ..of(Some(0.94), 1.1) };
         assert_eq!(half_a_sphere.judged(1.0, "mm").grade, Grade::Reject, "an exact fit, as another is");
-        let other = Verdict { inlier_share: 0.3, ..typical() }.judged(1.0, "mm");
+        let other = Evidence { inlier_share: 0.3, ..typical() }.judged(1.0, "mm");
         assert_eq!((other.grade, other.reasons.len()), (Grade::Reject, 1));
-        let odd = Verdict { inlier_share: 0.7, seen_rms: 2.0, scale: 2.0, inferred_share: 0.9, ..typical() };
+        let odd = Evidence { inlier_share: 0.7, seen_rms: 2.0, scale: 2.0, inferred_share: 0.9, ..typical() };
         assert_eq!(odd.judged(1.0, "mm").reasons.len(), 4);
-        let strange = Verdict { inlier_share: 0.3, weight_norm: 3.0, ..typical() }.judged(1.0, "mm");
+        let strange = Evidence { inlier_share: 0.3, weight_norm: 3.0, ..typical() }.judged(1.0, "mm");
         assert_eq!((strange.grade, strange.reasons.len()), (Grade::Reject, 2));
     }
 

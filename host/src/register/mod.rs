@@ -121,8 +121,8 @@ impl From<lacuna::Error> for Error {
     }
 }
 
-/// A scan for its pose.
-struct Prepared {
+/// A scan without tables and walls, thinned: what its pose is found from.
+struct Foreground {
     centre: Point,
     /// Thinned and centred, without its planes.
     points: OrientedPoints,
@@ -130,7 +130,7 @@ struct Prepared {
     share: f64,
 }
 
-impl Prepared {
+impl Foreground {
     fn new(scan: &Mesh, field: &Field, model: &Model<'_>, seed: u64) -> Self {
         let spacing = f64::from(model.header().spacing);
         let all = thin(scan, spacing);
@@ -202,9 +202,9 @@ pub fn glance(model: &Model<'_>, scan: &Mesh, seed: u64) -> Result<Registration,
 fn register_within(model: &Model<'_>, scan: &Mesh, seed: u64, turns: u64) -> Result<Registration, Error> {
     let field = Field::of_model(model);
     check_size(scan, &field, model, model.header().unit)?;
-    let prepared = Prepared::new(scan, &field, model, seed);
-    let points = &prepared.points;
-    prepared.check()?;
+    let foreground = Foreground::new(scan, &field, model, seed);
+    let points = &foreground.points;
+    foreground.check()?;
     let search = Search::new(&field, points, 1.0 / f64::from(model.header().spacing), seed);
     let [mut finals, mut rest] = searched(model, &field, points, &search, 0..GLANCE);
     for turn in GLANCE..turns {
@@ -219,7 +219,7 @@ fn register_within(model: &Model<'_>, scan: &Mesh, seed: u64, turns: u64) -> Res
     }
     let Some((best, others)) = finals.split_first() else { return Err(Error::NoMatch) };
     let runner_up = next_best(&field, best, others.iter().chain(&rest)).min(best.inliers);
-    Ok(prepared.registration(best.clone(), runner_up))
+    Ok(foreground.registration(best.clone(), runner_up))
 }
 
 /// The poses that turns of the search find, best first, and those that were not worth many points.
@@ -255,9 +255,9 @@ const SEED: u64 = 1;
 /// Too little surface, or a pose that is none.
 pub fn refine_hint(model: &Model<'_>, scan: &Mesh, hint: &Placed) -> Result<Registration, Error> {
     let field = Field::of_model(model);
-    let prepared = Prepared::new(scan, &field, model, SEED);
-    let (points, rough) = (&prepared.points, hint.about(prepared.centre).pose);
-    Ok(prepared.registration(settled_alone(model, &field, points, rough)?, 0.0))
+    let foreground = Foreground::new(scan, &field, model, SEED);
+    let (points, rough) = (&foreground.points, hint.about(foreground.centre).pose);
+    Ok(foreground.registration(settled_alone(model, &field, points, rough)?, 0.0))
 }
 
 /// Iterations that draw the model as a whole to a shape.
@@ -277,7 +277,7 @@ const WHOLE: Round = Round {
 /// As for [`refine_hint`].
 pub fn refine_whole(model: &Model<'_>, shape: &Mesh, known: &Placed) -> Result<Registration, Error> {
     let (centre, points) = centred(&thin(shape, f64::from(model.header().spacing)));
-    let whole = Prepared { centre, points, share: 1.0 };
+    let whole = Foreground { centre, points, share: 1.0 };
     let found = refine(model, &whole.points, known.about(centre).pose, &[WHOLE])?;
     Ok(whole.registration(found, 0.0))
 }

@@ -69,8 +69,8 @@ fn heading(completion: &Completion, scan: &str, unit: &str) -> String {
         "<h1>{}</h1>\n<p class=\"lead\">Verdict: <span class=\"grade {grade}\">{grade}</span>. The seen part lies \
          {} {unit} rms from the fitted surface; {:.0} % of the completed surface is inferred.</p>\n",
         escape(scan),
-        digits(verdict.seen_rms, 2),
-        100.0 * verdict.inferred_share
+        digits(verdict.evidence.seen_rms, 2),
+        100.0 * verdict.evidence.inferred_share
     )
 }
 
@@ -162,8 +162,8 @@ fn rounded(value: f64) -> f64 {
 }
 
 fn verdict(completion: &Completion, notes: &[String], unit: &str) -> String {
-    let v = &completion.verdict;
-    let said = table::list(v.reasons.iter().chain(notes));
+    let said = table::list(completion.verdict.reasons.iter().chain(notes));
+    let v = &completion.verdict.evidence;
     let reasons = if said.is_empty() { "<p>Nothing is unusual about this scan.</p>\n".into() } else { said };
     let percent = |share: f64| format!("{:.1} %", 100.0 * share);
     reasons
@@ -249,7 +249,7 @@ fn distances(completion: &Completion, model: &Model<'_>, unit: &str) -> String {
 fn pose(completion: &Completion, matrix: &[[f64; 4]; 4]) -> String {
     // All digits: `--pose` takes it back, in whatever units it is.
     let rows = matrix.map(|row| row.map(|c| format!("{c:?}")).join(", "));
-    let [best, next] = completion.verdict.pose_inliers.map(|share| 100.0 * share);
+    let [best, next] = completion.verdict.evidence.pose_inliers.map(|share| 100.0 * share);
     let next = if next > 0.0 { format!(", the next best that was tried {next:.1} %") } else { String::new() };
     format!(
         "<p>This pose explains {best:.1} % of the scan{next}. From scan to model, as <code>--pose</code> takes \

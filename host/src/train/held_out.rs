@@ -2,7 +2,7 @@
 
 use super::prepared::Prepared;
 use super::views::{Partial, partial};
-use crate::complete::{Completion, Hint, Options, complete};
+use crate::complete::{Completion, GivenPose, Options, complete};
 use crate::distance::Surface;
 use crate::mesh::{Mesh, Point, Vector};
 use crate::register::Placed;
@@ -96,9 +96,9 @@ pub fn trials(
 pub fn trial(model: &Model<'_>, shape: &Mesh, number: usize, kind: Kind) -> Option<Trial> {
     let seed = 1000 + number as u64;
     let Partial { mesh, missing } = partial(shape, kind, seed);
-    let hint = Hint::Rough(roughly(model, &mesh, seed)?);
+    let pose = GivenPose::Rough(roughly(model, &mesh, seed)?);
     // As users get it: on a coarser surface the seam, from which the ways are measured, lies elsewhere.
-    let options = Options { hint, seed, ..Options::of(model) };
+    let options = Options { pose, seed, ..Options::of(model) };
     let completion = complete::<Fixed>(model, &mesh, &options).ok()?;
     if completion.cues.is_empty() {
         return None;

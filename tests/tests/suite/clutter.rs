@@ -4,7 +4,7 @@ use lacuna::{Fixed, Pose, pose_fit};
 use lacuna_host::complete::clutter::CLUTTER;
 use lacuna_host::complete::merge::Merged;
 use lacuna_host::complete::verdict::Grade;
-use lacuna_host::complete::{Completion, Hint, Options, complete};
+use lacuna_host::complete::{Completion, GivenPose, Options, complete};
 use lacuna_host::distance::Surface;
 use lacuna_host::io::{PlyOut, write_ply};
 use lacuna_host::mesh::{Mesh, Point};
@@ -50,8 +50,9 @@ fn exact_pose() -> Pose {
 /// From a rough pose, or from none.
 fn completed(mesh: &Mesh, hint: Option<Pose>) -> Completion {
     let model = model();
-    let hint = hint.map_or(Hint::None, |pose| Hint::Rough(Placed { centre: Point::origin(), pose }));
-    let options = Options { hint, finer: 1, ..Options::of(&model) };
+    let pose =
+        hint.map_or(GivenPose::None, |pose| GivenPose::Rough(Placed { centre: Point::origin(), pose }));
+    let options = Options { pose, finer: 1, ..Options::of(&model) };
     complete::<Fixed>(&model, mesh, &options).expect("a completion")
 }
 

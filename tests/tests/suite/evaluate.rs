@@ -182,6 +182,9 @@ fn what_cannot_be_evaluated_is_refused() {
     let folder = heads();
     let sentence = refuses(folder.path(), &with(&["--counts", "7", "-o", "."]));
     assert!(sentence.contains("7 training shapes were asked for and 6 are there"), "{sentence}");
+    std::fs::write(folder.path().join("results.csv"), "someone's").unwrap();
+    let sentence = refuses(folder.path(), &with(&["-o", "."]));
+    assert!(sentence.contains("results.csv is not of an evaluation and would be replaced"), "{sentence}");
     let usages = [
         &["--counts", "1"][..],
         &["--pose", "upright"],

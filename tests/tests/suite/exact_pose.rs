@@ -35,7 +35,7 @@ fn holding() -> Model<'static> {
 /// The pose of the fit that starts from this one, called exact.
 fn fitted(model: &Model<'_>, sample: &Sample, exact: Placed) -> lacuna::Pose {
     let schedule = Schedule::of(model);
-    let options = Options { hint: complete::Hint::Exact(exact), ..Options::of(model) };
+    let options = Options { pose: complete::GivenPose::Exact(exact), ..Options::of(model) };
     let start = start(model, &sample.scan, &options).expect("a start");
     let settings = lacuna::completion::Settings {
         reach: lacuna::Reach::of(model),
@@ -85,9 +85,9 @@ fn a_held_pose_is_judged_by_a_shape_and_not_by_the_mean() {
     for sample in (1001..=1004).map(|number| head(number, Kind::Front)) {
         let to_shapes = sample.scan_to_model();
         let exact = placed(&to_voxels(&model, &nalgebra::convert_unchecked(to_shapes)));
-        let options = Options { hint: complete::Hint::Exact(exact), ..Options::of(&model) };
+        let options = Options { pose: complete::GivenPose::Exact(exact), ..Options::of(&model) };
         let found = complete::complete::<lacuna::Fixed>(&model, &sample.scan, &options).expect("a head");
-        let [inliers, _] = found.verdict.pose_inliers;
+        let [inliers, _] = found.verdict.evidence.pose_inliers;
         let of_the_mean = f64::from(found.fit.outcome.inliers)
             / start(&model, &sample.scan, &options).expect("a start").thinned.points.points.len() as f64;
         println!("{of_the_mean} by the mean, {inliers}, {:?}", found.verdict);

@@ -58,12 +58,15 @@ fn parts_of_a_raw_head_are_completed_in_any_place_and_size() {
         let found = similarity_of(&completion.placed) * motion;
         let off = Difference::between(&found, &whole, &model);
         let verdict = &completion.verdict;
-        println!("{name}: {off:?}, inliers and next {:.2?}, {:?}", verdict.pose_inliers, verdict.reasons);
+        println!(
+            "{name}: {off:?}, inliers and next {:.2?}, {:?}",
+            verdict.evidence.pose_inliers, verdict.reasons
+        );
         assert!(off.degrees < MOST_OFF.0 && off.millimetres < MOST_OFF.1, "{name}: {off:?}");
         assert_ne!(verdict.grade, Grade::Reject, "{name}: {:?}", verdict.reasons);
         if name == "right half" {
             assert_eq!(
-                advice(&model, &mesh, 1, (verdict.pose_inliers[0], verdict.scale)),
+                advice(&model, &mesh, 1, (verdict.evidence.pose_inliers[0], verdict.evidence.scale)),
                 None,
                 "turned round it would fit no better"
             );

@@ -2,7 +2,7 @@
 
 use lacuna::Fixed;
 use lacuna_host::complete::clean::clean;
-use lacuna_host::complete::{Completion, Hint, Options, complete};
+use lacuna_host::complete::{Completion, GivenPose, Options, complete};
 use lacuna_host::distance::Surface;
 use lacuna_host::mesh::{Mesh, Point};
 use lacuna_host::register::Placed;
@@ -25,8 +25,8 @@ fn moved(mesh: &Mesh, by: [f64; 3]) -> Mesh {
 
 fn completed(mesh: &Mesh) -> Completion {
     let model = model();
-    let hint = Hint::Rough(Placed { centre: Point::origin(), pose: voxel_pose(&model) });
-    let options = Options { hint, finer: 1, ..Options::of(&model) };
+    let pose = GivenPose::Rough(Placed { centre: Point::origin(), pose: voxel_pose(&model) });
+    let options = Options { pose, finer: 1, ..Options::of(&model) };
     complete::<Fixed>(&model, mesh, &options).expect("a completion")
 }
 

@@ -3,7 +3,7 @@
 
 use lacuna::{Arithmetic, Fixed, Float, Model};
 use lacuna_host::complete::verdict::Grade;
-use lacuna_host::complete::{Completion, Hint, Options, complete};
+use lacuna_host::complete::{Completion, GivenPose, Options, complete};
 use lacuna_host::io::read;
 use lacuna_host::mesh::{Mesh, Vector};
 use lacuna_host::quantile::median;
@@ -32,8 +32,8 @@ const SPARSE: usize = 20;
 /// Change of the surface's distance from the truth by rounding.
 const ROUNDING_MM: f64 = 0.01;
 
-fn completed<A: Arithmetic>(model: &Model<'_>, sample: &Sample, hint: Hint) -> Completion {
-    let options = Options { hint, ..Options::of(model) };
+fn completed<A: Arithmetic>(model: &Model<'_>, sample: &Sample, pose: GivenPose) -> Completion {
+    let options = Options { pose, ..Options::of(model) };
     complete::<A>(model, &sample.scan, &options).unwrap_or_else(|e| panic!("{}: {e}", sample.name))
 }
 
@@ -42,7 +42,7 @@ fn unseen_heads_are_completed_in_any_pose() {
     let model = model();
     let mut all_seen = Vec::new();
     for sample in heads(1001..=1003) {
-        let completion = completed::<Fixed>(&model, &sample, Hint::None);
+        let completion = completed::<Fixed>(&model, &sample, GivenPose::None);
         let degrees = sample.degrees_off(&completion.placed);
         let [seen, missing] = distances(&sample, &completion);
         println!("{}: {degrees:.2} degrees, seen {seen:.3} mm, missing {missing:.2} mm", sample.name);
@@ -82,7 +82,7 @@ fn faces_are_completed_from_one_view_and_from_three() {
         let folder = scans.join(format!("target_{number:02}_side"));
         let scan = read(&folder.join("points.ply")).expect("a cloud");
         let sample = Sample { scan, ..real(&folder) };
-        let [_, missing] = distances(&sample, &completed::<Fixed>(&model, &sample, Hint::None));
+        let [_, missing] = distances(&sample, &completed::<Fixed>(&model, &sample, GivenPose::None));
         println!("{} as a cloud: missing {missing:.2} mm", sample.name);
         assert!(missing <= most, "{}: {missing:.2} mm on the missing part of a cloud", sample.name);
     }
@@ -105,7 +105,7 @@ fn a_sparse_cloud_is_measured_between_its_points() {
     };
     let inferred = |scan: &Mesh| {
         let options = Options::of(&model);
-        complete::<Fixed>(&model, scan, &options).expect("a completion").verdict.inferred_share
+        complete::<Fixed>(&model, scan, &options).expect("a completion").verdict.evidence.inferred_share
     };
     let [mesh, sparse] = [scan, &cloud].map(inferred);
     println!("inferred: {mesh:.3} of the mesh's surface, {sparse:.3} of the cloud's");
@@ -149,8 +149,8 @@ fn rounding_does_not_change_the_surface() {
     let model = model();
     for sample in heads(1002..=1002) {
         let placed = register(&model, &sample.scan, 1).expect("a pose").placed;
-        let fixed = completed::<Fixed>(&model, &sample, Hint::Exact(placed));
-        let float = completed::<Float>(&model, &sample, Hint::Exact(placed));
+        let fixed = completed::<Fixed>(&model, &sample, GivenPose::Exact(placed));
+        let float = completed::<Float>(&model, &sample, GivenPose::Exact(placed));
         let [a, b] = [&fixed, &float].map(|c| sample.rms_mm(&c.local, |i| !sample.missing[i]));
         println!("{}: fixed {a:.4} mm, float {b:.4} mm", sample.name);
         assert!((a - b).abs() <= ROUNDING_MM, "{}: {a:.4} mm became {b:.4}", sample.name);

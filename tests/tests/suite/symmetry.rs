@@ -2,7 +2,7 @@
 
 use lacuna::hull::Target;
 use lacuna::{Fixed, HullBuilder, Model, Reach, mirror};
-use lacuna_host::complete::{Hint, Options, complete};
+use lacuna_host::complete::{GivenPose, Options, complete};
 use lacuna_host::mesh::{Mesh, Point, Vector};
 use lacuna_host::register::Placed;
 use lacuna_host::synth::{Head, Kind};
@@ -123,7 +123,7 @@ fn a_scan_from_the_side_is_completed_better_with_the_other_sides_mirror_image() 
             (1001..=1003).map(|number| in_the_models_frame(head(number, Kind::Side))).collect();
         let still = Placed { centre: Point::origin(), pose: voxel_pose(&model) };
         let errors = sides.iter().map(|sample| {
-            let options = Options { hint: Hint::Exact(still), ..Options::of(&model) };
+            let options = Options { pose: GivenPose::Exact(still), ..Options::of(&model) };
             let completion = complete::<Fixed>(&model, &sample.scan, &options).unwrap();
             sample.rms_mm(&completion.merged.mesh, |i| sample.missing[i])
         });

@@ -71,6 +71,8 @@ pub struct Evaluate {
 
 /// Numbers of training shapes where none are asked for.
 const USUAL_COUNTS: [usize; 5] = [10, 30, 50, 70, 90];
+/// The file that tells what the results mean; written first.
+const SETTINGS: &str = "settings.json";
 /// Names of the reports.
 const EVALUATION: &str = "evaluation";
 const ABLATION: &str = "ablation";
@@ -114,7 +116,7 @@ impl Evaluate {
         notes.extend(failed.values().map(evaluate::Error::to_string));
         notes.extend(missed(&records, limit).iter().map(|(name, rms)| self.miss(name, *rms)));
         let settings = self.described(Some(&method), &counts);
-        self.write("settings.json", &told::settings(&settings)?)?;
+        self.write(SETTINGS, &told::settings(&settings)?)?;
         self.write("results.csv", &told::csv(&records))?;
         let drawing = figure(&records, unit::symbol(self.unit))?;
         self.write("figure2.svg", &drawing)?;
@@ -160,13 +162,30 @@ impl Evaluate {
     /// Finds outputs that cannot be written before any work is done.
     fn check_outputs(&self) -> Result<(), Failure> {
         let files: &[&str] = if self.ablation {
-            &["settings.json", "ablation.csv"]
+            &[SETTINGS, "ablation.csv"]
         } else {
-            &["settings.json", "results.csv", "figure2.svg"]
+            &[SETTINGS, "results.csv", "figure2.svg"]
         };
         outputs::check_folder(&self.output, files)?;
+        self.check_own(files)?;
         let name = if self.ablation { ABLATION } else { EVALUATION };
         self.report_path(name).map_or(Ok(()), |path| inputs::check_report(&path))
+    }
+
+    /// Refuses a folder in which files of these names are something else's: they would be replaced.
+    fn check_own(&self, files: &[&str]) -> Result<(), Failure> {
+        let settings = std::fs::read_to_string(self.output.join(SETTINGS));
+        if settings.is_ok_and(|text| told::is_settings(&text)) {
+            return Ok(());
+        }
+        let other = files.iter().map(|name| self.output.join(name)).find(|path| path.exists());
+        other.map_or(Ok(()), |path| {
+            let path = path.display();
+            Err(format!(
+                "{path} is not of an evaluation and would be replaced: choose another folder with -o"
+            )
+            .into())
+        })
     }
 
     fn report_path(&self, name: &str) -> Option<PathBuf> {
@@ -238,7 +257,7 @@ impl Evaluate {
             |paths: &[PathBuf]| paths.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ");
         let counts: Vec<String> = counts.iter().map(usize::to_string).collect();
         vec![
-            ("program", format!("lacuna {}", env!("CARGO_PKG_VERSION"))),
+            (told::PROGRAM, format!("lacuna {}", env!("CARGO_PKG_VERSION"))),
             ("training shapes", list(&self.train)),
             ("targets", list(&self.targets)),
             ("counts", counts.join(", ")),
@@ -284,7 +303,7 @@ impl Evaluate {
         let reasons = failed.values().map(evaluate::Error::to_string);
         let notes: Vec<String> = notes.iter().cloned().chain(reasons).collect();
         let settings = self.described(None, &[count]);
-        self.write("settings.json", &told::settings(&settings)?)?;
+        self.write(SETTINGS, &told::settings(&settings)?)?;
         self.write("ablation.csv", &told::ablation_csv(&rows))?;
         let summary = |records: &Vec<Record>| Summary::of(&records.iter().collect::<Vec<_>>());
         let rows: Vec<_> = rows.iter().map(|(name, records)| (*name, summary(records))).collect();

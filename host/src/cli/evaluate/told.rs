@@ -42,11 +42,21 @@ pub fn ablation_json(rows: &[(&str, Summary)], notes: &[String]) -> serde_json::
     serde_json::to_string_pretty(&json!({ "ablation": rows, "notes": notes }))
 }
 
+/// The setting that names the program.
+pub const PROGRAM: &str = "program";
+
 /// Settings for programs.
 pub fn settings(settings: &[(&str, String)]) -> serde_json::Result<String> {
     let map: serde_json::Map<_, _> =
         settings.iter().map(|(name, value)| ((*name).to_owned(), value.as_str().into())).collect();
     serde_json::to_string_pretty(&map)
+}
+
+/// Whether [`settings`] wrote this.
+pub fn is_settings(text: &str) -> bool {
+    let settings: Option<serde_json::Value> = serde_json::from_str(text).ok();
+    let program = settings.as_ref().and_then(|settings| settings.get(PROGRAM)).and_then(|name| name.as_str());
+    program.is_some_and(|name| name.starts_with("lacuna "))
 }
 
 const COLUMNS: &str = "shapes,draw,target,model,rms,p95";
