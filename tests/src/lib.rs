@@ -11,6 +11,7 @@ pub mod line;
 pub mod looks;
 pub mod nasty;
 pub mod nine;
+pub mod procrustes;
 pub mod program;
 pub mod registration;
 pub mod required;

@@ -5,10 +5,12 @@ use super::html::{self, escape};
 use super::page::{Page, section};
 use super::scene::{Scene, Surface};
 use super::{columns, table};
+use crate::complete::noise::Noise;
 use crate::complete::{Completion, picture};
 use crate::distance;
 use crate::evaluate::mesh_digest;
 use crate::mesh::{Mesh, Vector};
+use crate::uncertainty::spread::Spread;
 use crate::unit::{self, digits};
 use lacuna::Model;
 use rayon::prelude::*;
@@ -163,54 +165,43 @@ fn rounded(value: f64) -> f64 {
 
 fn verdict(completion: &Completion, notes: &[String], unit: &str) -> String {
     let said = table::list(completion.verdict.reasons.iter().chain(notes));
-    let v = &completion.verdict.evidence;
     let reasons = if said.is_empty() { "<p>Nothing is unusual about this scan.</p>\n".into() } else { said };
-    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
-    reasons
-        + &table::pairs(&[
-            ("fitted surface", format!("{} of the scan near the model lies on it", percent(v.inlier_share))),
-            (
-                "left out",
-                format!(
-                    "{} of the scan, and specks of {} {}",
-                    percent(completion.clutter.area_share),
-                    completion.specks,
-                    if completion.scan.is_cloud() { "points" } else { "triangles" }
-                ),
-            ),
-            (
-                "noise",
-                completion.noise.map_or_else(
-                    || "left as it was".into(),
-                    |noise| {
-                        let [before, after] = [noise.before, noise.after].map(|noise| digits(noise, 2));
-                        format!("{before} {unit} in the scan, {after} after smoothing")
-                    },
-                ),
-            ),
-            ("seen part", format!("{} {unit} rms from the fitted surface", digits(v.seen_rms, 3))),
-            (
-                "inferred part",
-                format!(
-                    "{} of the surface, {} {unit}\u{b2}",
-                    percent(v.inferred_share),
-                    digits(v.inferred_area, 0)
-                ),
-            ),
-            ("expected error, one sigma", expected(completion, unit)),
-            (
-                "left open by the scan",
-                v.spread.map_or("not estimated: the pose was given".into(), |spread| {
-                    format!(
-                        "{:.1} degrees of the pose, {} class millimetres of the surface, by the model alone",
-                        spread.turn,
-                        digits(spread.surface, 1)
-                    )
-                }),
-            ),
-            ("weights", format!("{:.2} deviations rms", v.weight_norm)),
-            ("scale", format!("{:.3} of the class", v.scale)),
-        ])
+    let evidence = &completion.verdict.evidence;
+    let [on_it, inferred] =
+        [evidence.inlier_share, evidence.inferred_share].map(|share| format!("{:.1} %", 100.0 * share));
+    let (seen, area) = (digits(evidence.seen_rms, 3), digits(evidence.inferred_area, 0));
+    let pairs = [
+        ("fitted surface", format!("{on_it} of the scan near the model lies on it")),
+        ("left out", left_out(completion)),
+        ("noise", completion.noise.map_or_else(|| "left as it was".into(), |noise| smoothed(noise, unit))),
+        ("seen part", format!("{seen} {unit} rms from the fitted surface")),
+        ("inferred part", format!("{inferred} of the surface, {area} {unit}\u{b2}")),
+        ("expected error, one sigma", expected(completion, unit)),
+        (
+            "left open by the scan",
+            evidence.spread.map_or("not estimated: the pose was given".into(), left_open),
+        ),
+        ("weights", format!("{:.2} deviations rms", evidence.weight_norm)),
+        ("scale", format!("{:.3} of the class", evidence.scale)),
+    ];
+    reasons + &table::pairs(&pairs)
+}
+
+/// What of the scan is not in the completed surface.
+fn left_out(completion: &Completion) -> String {
+    let pieces = if completion.scan.is_cloud() { "points" } else { "triangles" };
+    let share = 100.0 * completion.clutter.area_share;
+    format!("{share:.1} % of the scan, and specks of {} {pieces}", completion.specks)
+}
+
+fn smoothed(Noise { before, after }: Noise, unit: &str) -> String {
+    let [before, after] = [before, after].map(|noise| digits(noise, 2));
+    format!("{before} {unit} in the scan, {after} after smoothing")
+}
+
+fn left_open(Spread { turn, surface }: Spread) -> String {
+    let surface = digits(surface, 1);
+    format!("{turn:.1} degrees of the pose, {surface} class millimetres of the surface, by the model alone")
 }
 
 /// Medians of the expected errors where the surface was measured and where not.
