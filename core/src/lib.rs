@@ -11,7 +11,7 @@
 //! No heap, no panic, no unsafe code: the caller lends all memory ([`sizes`] tells how much),
 //! constructors check everything, steps do a bounded piece of work and cannot fail. That nothing can panic is proved by the
 //! linker, for the profile of the firmwares in `targets`: optimised for speed or for size, link-time optimisation, one code
-//! unit, no overflow checks. Other profiles may keep checks that never fail. A step takes up to 17 KiB of stack.
+//! unit, no overflow checks. Other profiles may keep checks that never fail. A step takes up to 18 KiB of stack.
 //!
 //! ```
 //! use lacuna::completion::{Completion, Outcome, Settings};
