@@ -22,7 +22,7 @@ pub struct Memory<'b, A: Arithmetic> {
     pub workspace: Workspace<'b, A>,
 }
 
-/// A buffer of it.
+/// A buffer of a [`Memory`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lent {
     pub name: Buffer,
@@ -42,9 +42,9 @@ impl Lent {
     }
 }
 
-/// How many there are.
+/// Buffers of a [`Memory`].
 pub(crate) const BUFFERS: usize = 17;
-/// The first of them are the pose fit's.
+/// Those of the pose fit, which come first.
 pub(crate) const POSE_BUFFERS: usize = 4;
 
 impl<A: Arithmetic> Memory<'_, A> {
@@ -53,7 +53,7 @@ impl<A: Arithmetic> Memory<'_, A> {
         self.buffers().iter().map(Lent::bytes).fold(0, usize::saturating_add)
     }
 
-    /// All buffers.
+    /// All buffers, in the order of the sizes' `needed`.
     pub(crate) const fn buffers(&self) -> [Lent; BUFFERS] {
         let Self { pose, targets, normal, block, global, workspace: w } = self;
         [

@@ -6,9 +6,9 @@
 //! alignment can know that, Procrustes is as near as one can come.
 
 use lacuna_host::io;
-use lacuna_host::mesh::Mesh;
+use lacuna_host::mesh::{Mesh, Point};
+use lacuna_host::register::umeyama::similarity;
 use lacuna_host::train::align::{Align, align};
-use lacuna_tests::procrustes::procrustes;
 use lacuna_tests::real_data;
 use lacuna_tests::registration::deviations;
 use nalgebra::{Matrix4, Similarity3};
@@ -27,7 +27,7 @@ fn main() {
     let name = |path: &Path| path.file_name().expect("a file").to_string_lossy().into_owned();
     let made: Vec<Mesh> =
         paths.iter().map(|path| io::read(&faces.join("train").join(name(path))).expect("a face")).collect();
-    let (procrustes, _) = procrustes(&made);
+    let procrustes = procrustes(&made);
     let start = Instant::now();
     let found = align(&shapes, Align::Auto, 1, &|_, _| ()).expect("aligned").motions;
     println!("aligned in {:.1} s\n", start.elapsed().as_secs_f64());
@@ -59,4 +59,24 @@ fn made_by(folder: &Path, path: &Path) -> Similarity3<f64> {
         .expect("a 4 x 4 matrix");
     nalgebra::try_convert(Matrix4::from_fn(|i, j| rows[i][j]))
         .unwrap_or_else(|| nalgebra::convert_unchecked(Matrix4::from_fn(|i, j| rows[i][j])))
+}
+
+/// From each shape, whose vertices correspond, to their common frame.
+fn procrustes(shapes: &[Mesh]) -> Vec<Similarity3<f64>> {
+    let mut motions = vec![Similarity3::identity(); shapes.len()];
+    for _ in 0..50 {
+        let mean: Vec<Point> = (0..shapes[0].points.len())
+            .map(|v| {
+                let moved =
+                    shapes.iter().zip(&motions).map(|(shape, motion)| (motion * shape.points[v]).coords);
+                Point::from(moved.sum::<lacuna_host::mesh::Vector>() / shapes.len() as f64)
+            })
+            .collect();
+        let to_mean = |shape: &Mesh| {
+            let pairs: Vec<(Point, Point)> = shape.points.iter().copied().zip(mean.iter().copied()).collect();
+            similarity(&pairs).expect("a similarity")
+        };
+        motions = shapes.iter().map(to_mean).collect();
+    }
+    motions
 }

@@ -1,13 +1,13 @@
 //! What limits the missing part: `cargo run --release -p lacuna-tests --example limits`.
 //!
-//! The faces 03 to 09 of `../shared/data/faces/targets` are scanned from the front and from the side by the simulated
-//! scanner and completed with 30 and with 90 shapes. Root mean square distance of what was not seen, in three ways:
+//! The faces 03 to 09 of `../shared/data/faces/targets`, which none of the nine scans shows, are scanned from the front and
+//! from the side by the simulated scanner and completed with 30 and with 90 shapes. Root mean square distance of what was
+//! not seen, in three ways:
 //!
 //! - as users have it, in an unknown pose;
 //! - in the pose in which the whole face, of which the scan shows half, lies nearest to the mean: without the pose's error;
 //! - by the model of eq. (2), which knows the correspondences, from the distances of the true vertices along the true
-//!   normals, in an unknown pose: as much as any linear model could make of what was seen. (The faces are samples of a
-//!   linear model with 100 modes, so with 90 shapes it is nearly the model that made them.)
+//!   normals, in an unknown pose: what a linear model makes of what was seen if it need not find what corresponds. (The faces are samples of a linear model with 100 modes, so with 90 shapes it is nearly the model that made them.)
 //!
 //! `--shapes N` takes N shapes only.
 
@@ -18,21 +18,20 @@ use lacuna_host::io::read;
 use lacuna_host::mesh::{Mesh, Point, Vector};
 use lacuna_host::quantile::median;
 use lacuna_host::register::Placed;
+use lacuna_host::register::umeyama::similarity;
 use lacuna_host::synth::{Kind, ScannerSettings, scan};
+use lacuna_host::train::align::{Align, align};
 use lacuna_host::train::{Settings, train};
-use lacuna_tests::procrustes::{corresponding, procrustes};
 use lacuna_tests::real_data;
 use lacuna_tests::sample::Sample;
 use lacuna_tests::trained::training_faces;
 use nalgebra::{DMatrix, DVector, Similarity3, Translation3, UnitQuaternion};
 use std::path::Path;
 
-/// Targets that no other figure is made of.
+/// Targets that none of the nine scans shows.
 const TARGETS: std::ops::RangeInclusive<u64> = 3..=9;
 /// Pose unknowns: turn, growth, shift.
 const POSE: usize = 7;
-/// Deviation of a vertex's distance from the linear model, mm: what thirty shapes leave unexplained.
-const UNEXPLAINED_MM: f64 = 1.0;
 /// Gauss-Newton steps; the last ones move nothing.
 const STEPS: usize = 10;
 
@@ -43,12 +42,14 @@ fn main() {
             .iter()
             .map(|path| read(path).expect("a training shape"))
             .collect();
-        let (motions, mean) = procrustes(&shapes);
-        let together: Vec<Mesh> = shapes.iter().zip(&motions).map(|(s, motion)| moved(s, motion)).collect();
+        let together = align(&shapes, Align::Auto, 1, &|_, _| ()).expect("aligned").shapes;
+        let mean = mean(&together);
+        // How far the shapes' own poses lay apart is left out: a pose that is given is held.
         let settings = Settings { spacing: Some(3.3), ..Settings::default() };
         let bytes = train(&together, &settings, &|_, _| ()).expect("a model");
         let model = Model::from_bytes(&bytes).expect("a model");
         let linear = Correspondence::train(&together.iter().collect::<Vec<_>>()).expect("a model");
+        let unexplained = unexplained(&linear, &faces);
         println!("\n| {count} shapes | as users have it | pose of the whole face | correspondences known |");
         println!("|---|---|---|---|");
         for kind in [Kind::Front, Kind::Side] {
@@ -57,7 +58,9 @@ fn main() {
                 let row = [
                     completed(&model, &sample, GivenPose::None),
                     in_the_whole_ones_pose(&model, &sample, &mean),
-                    sample.rms_mm(&in_scan(&explained(&linear, &sample), &sample), |v| sample.missing[v]),
+                    sample.rms_mm(&in_scan(&explained(&linear, &sample, unexplained), &sample), |v| {
+                        sample.missing[v]
+                    }),
                 ];
                 tell(&sample.name, row);
                 row
@@ -72,8 +75,9 @@ fn main() {
 fn counts() -> Vec<usize> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        [] => vec![30, 90],
         ["--shapes", count] => vec![count.parse().expect("a number")],
-        _ => vec![30, 90],
+        _ => panic!("usage: limits [--shapes N]"),
     }
 }
 
@@ -82,8 +86,30 @@ fn tell(name: &str, row: [f64; 3]) {
     println!("| {name} | {a} | {b} | {c} |");
 }
 
+fn target(faces: &Path, number: u64) -> Mesh {
+    read(&faces.join(format!("targets/target_{number:02}.ply"))).expect("a target")
+}
+
+/// Mean of shapes whose vertices correspond.
+fn mean(shapes: &[Mesh]) -> Vec<Point> {
+    let at =
+        |v: usize| shapes.iter().map(|shape| shape.points[v].coords).sum::<Vector>() / shapes.len() as f64;
+    (0..shapes[0].points.len()).map(|v| at(v).into()).collect()
+}
+
+/// Deviation of a coordinate of the targets from what the model can approximate of them.
+fn unexplained(model: &Correspondence, faces: &Path) -> f64 {
+    let squared = |number: u64| {
+        let truth = target(faces, number);
+        let found = model.approximate(&truth, true).expect("a target of the class");
+        let squares = truth.points.iter().zip(&found.points).map(|(p, q)| (p - q).norm_squared());
+        squares.sum::<f64>() / (3 * truth.points.len()) as f64
+    };
+    (TARGETS.map(squared).sum::<f64>() / TARGETS.count() as f64).sqrt()
+}
+
 fn scanned(faces: &Path, number: u64, kind: Kind) -> Sample {
-    let truth = read(&faces.join(format!("targets/target_{number:02}.ply"))).expect("a target");
+    let truth = target(faces, number);
     let made = scan(&truth, kind, &ScannerSettings::default(), number);
     let name = format!("target {number:02} {kind:?}").to_lowercase();
     let (scan, missing, model_to_scan) = (made.mesh, made.missing, made.model_to_scan);
@@ -99,7 +125,8 @@ fn completed(model: &Model<'_>, sample: &Sample, pose: GivenPose) -> f64 {
 /// In the pose in which the whole shape lies nearest to the mean.
 fn in_the_whole_ones_pose(model: &Model<'_>, sample: &Sample, mean: &[Point]) -> f64 {
     let truth = in_scan(&sample.truth, sample);
-    let motion = corresponding(&truth.points, mean);
+    let pairs: Vec<(Point, Point)> = truth.points.iter().copied().zip(mean.iter().copied()).collect();
+    let motion = similarity(&pairs).expect("a similarity");
     let rotation = motion.isometry.rotation.to_rotation_matrix().into_inner();
     let placed = Placed::new(model, &rotation, motion.scaling(), &motion.isometry.translation.vector);
     completed(model, sample, GivenPose::Exact(placed))
@@ -116,8 +143,8 @@ fn moved(mesh: &Mesh, motion: &Similarity3<f64>) -> Mesh {
 }
 
 /// The shape and pose that explain best how far the vertices that were seen lie off along their normals: the likeliest
-/// ones if weights are normal and distances off by [`UNEXPLAINED_MM`].
-fn explained(model: &Correspondence, sample: &Sample) -> Mesh {
+/// ones if weights are normal and distances off by what the model leaves `unexplained`.
+fn explained(model: &Correspondence, sample: &Sample, unexplained: f64) -> Mesh {
     let (modes, normals) = (model.modes(), sample.truth.vertex_normals());
     let seen: Vec<usize> = (0..normals.len()).filter(|&v| !sample.missing[v]).collect();
     let still = DVector::zeros(modes);
@@ -146,8 +173,8 @@ fn explained(model: &Correspondence, sample: &Sample) -> Mesh {
             }
             off[i] = normal.dot(&(sample.truth.points[v] - point));
         }
-        let mut matrix = rows.tr_mul(&rows) / UNEXPLAINED_MM.powi(2);
-        let mut vector = rows.tr_mul(&off) / UNEXPLAINED_MM.powi(2);
+        let mut matrix = rows.tr_mul(&rows) / unexplained.powi(2);
+        let mut vector = rows.tr_mul(&off) / unexplained.powi(2);
         for k in 0..modes {
             matrix[(POSE + k, POSE + k)] += 1.0;
             vector[POSE + k] -= weights[k];

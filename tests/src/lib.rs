@@ -11,7 +11,6 @@ pub mod line;
 pub mod looks;
 pub mod nasty;
 pub mod nine;
-pub mod procrustes;
 pub mod program;
 pub mod registration;
 pub mod required;

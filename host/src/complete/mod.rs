@@ -129,8 +129,8 @@ const STEP: f64 = 0.25;
 /// Rounds that the fitted surface is made fair before it is moved onto the scan.
 const FAIRING: usize = 15;
 
-/// Completes a scan in the arithmetic `A`. What would make one fit that is rejected,
-/// [`alternatives::advice`](crate::check::alternatives::advice) finds out in some more searches.
+/// Completes a scan in the arithmetic `A`. If it is rejected, [`alternatives::advice`](crate::check::alternatives::advice)
+/// tells in some more searches what would make it fit.
 ///
 /// # Errors
 /// A scan that does not fit the model, or leaves no surface.

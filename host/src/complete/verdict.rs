@@ -31,7 +31,7 @@ pub struct Verdict {
     pub evidence: Evidence,
 }
 
-/// What a completion is judged by. Lengths are in the scan's unit, limits in class millimetres.
+/// What a completion is judged by. Lengths are in the scan's unit, but for those of `spread`, which are in class millimetres.
 #[derive(Clone, Debug, Serialize)]
 pub struct Evidence {
     /// Share of the scan's points within two class millimetres of the fitted surface, of those near it.

@@ -126,7 +126,7 @@ struct Foreground {
     centre: Point,
     /// Thinned and centred, without its planes.
     points: OrientedPoints,
-    /// Share of the scan that they are.
+    /// Share of the scan that these points are.
     share: f64,
 }
 
@@ -277,6 +277,7 @@ const WHOLE: Round = Round {
 /// As for [`refine_hint`].
 pub fn refine_whole(model: &Model<'_>, shape: &Mesh, known: &Placed) -> Result<Registration, Error> {
     let (centre, points) = centred(&thin(shape, f64::from(model.header().spacing)));
+    // Of a whole shape nothing is background.
     let whole = Foreground { centre, points, share: 1.0 };
     let found = refine(model, &whole.points, known.about(centre).pose, &[WHOLE])?;
     Ok(whole.registration(found, 0.0))

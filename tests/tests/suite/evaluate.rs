@@ -178,13 +178,24 @@ fn a_target_that_cannot_be_approximated_does_not_end_the_others() {
 }
 
 #[test]
+fn tables_of_something_else_are_not_replaced() {
+    let folder = heads();
+    let runs = [("results.csv", &[][..]), ("settings.json", &[]), ("ablation.csv", &["--ablation"])];
+    for (name, switches) in runs {
+        let file = folder.path().join(name);
+        std::fs::write(&file, "{}").unwrap();
+        let sentence = refuses(folder.path(), &with(&[switches, &["-o", "."]].concat()));
+        assert!(sentence.contains(&format!("{name} is there without the settings")), "{sentence}");
+        assert_eq!(std::fs::read(&file).unwrap(), b"{}");
+        std::fs::remove_file(file).unwrap();
+    }
+}
+
+#[test]
 fn what_cannot_be_evaluated_is_refused() {
     let folder = heads();
     let sentence = refuses(folder.path(), &with(&["--counts", "7", "-o", "."]));
     assert!(sentence.contains("7 training shapes were asked for and 6 are there"), "{sentence}");
-    std::fs::write(folder.path().join("results.csv"), "someone's").unwrap();
-    let sentence = refuses(folder.path(), &with(&["-o", "."]));
-    assert!(sentence.contains("results.csv is not of an evaluation and would be replaced"), "{sentence}");
     let usages = [
         &["--counts", "1"][..],
         &["--pose", "upright"],

@@ -71,8 +71,10 @@ pub struct Evaluate {
 
 /// Numbers of training shapes where none are asked for.
 const USUAL_COUNTS: [usize; 5] = [10, 30, 50, 70, 90];
-/// The file that tells what the results mean; written first.
-const SETTINGS: &str = "settings.json";
+/// Files of the figure and of the ablation: first the settings, which tell what the others mean. They are written before the
+/// others, so that those of an interrupted run are known as its own.
+const FIGURE_FILES: [&str; 3] = ["settings.json", "results.csv", "figure2.svg"];
+const ABLATION_FILES: [&str; 2] = ["ablation.json", "ablation.csv"];
 /// Names of the reports.
 const EVALUATION: &str = "evaluation";
 const ABLATION: &str = "ablation";
@@ -116,10 +118,11 @@ impl Evaluate {
         notes.extend(failed.values().map(evaluate::Error::to_string));
         notes.extend(missed(&records, limit).iter().map(|(name, rms)| self.miss(name, *rms)));
         let settings = self.described(Some(&method), &counts);
-        self.write(SETTINGS, &told::settings(&settings)?)?;
-        self.write("results.csv", &told::csv(&records))?;
+        let [settings_file, table_file, figure_file] = FIGURE_FILES;
+        self.write(settings_file, &told::settings(&settings)?)?;
+        self.write(table_file, &told::csv(&records))?;
         let drawing = figure(&records, unit::symbol(self.unit))?;
-        self.write("figure2.svg", &drawing)?;
+        self.write(figure_file, &drawing)?;
         let summary = Summary::of(&records.iter().collect::<Vec<_>>());
         let title = "How well each model approximates complete shapes";
         self.report(EVALUATION, title, &settings, &notes, |s| {
@@ -130,7 +133,7 @@ impl Evaluate {
         } else {
             tell(&notes);
             say(&told::figure(&summary, self.unit));
-            say(&format!("figure  {}", self.output.join("figure2.svg").display()));
+            say(&format!("figure  {}", self.output.join(figure_file).display()));
         }
         whole(failed.len())
     }
@@ -161,28 +164,27 @@ impl Evaluate {
 
     /// Finds outputs that cannot be written before any work is done.
     fn check_outputs(&self) -> Result<(), Failure> {
-        let files: &[&str] = if self.ablation {
-            &[SETTINGS, "ablation.csv"]
-        } else {
-            &[SETTINGS, "results.csv", "figure2.svg"]
-        };
+        let files: &[&str] = if self.ablation { &ABLATION_FILES } else { &FIGURE_FILES };
         outputs::check_folder(&self.output, files)?;
         self.check_own(files)?;
         let name = if self.ablation { ABLATION } else { EVALUATION };
         self.report_path(name).map_or(Ok(()), |path| inputs::check_report(&path))
     }
 
-    /// Refuses a folder in which files of these names are something else's: they would be replaced.
+    /// Refuses a folder with files of these names, of which the first does not hold an evaluation's settings: they may be
+    /// something else's, and would be replaced.
     fn check_own(&self, files: &[&str]) -> Result<(), Failure> {
-        let settings = std::fs::read_to_string(self.output.join(SETTINGS));
-        if settings.is_ok_and(|text| told::is_settings(&text)) {
+        let paths: Vec<PathBuf> = files.iter().map(|name| self.output.join(name)).collect();
+        let settings = paths.first().and_then(|path| io::limit::load(path, io::limit::PER_BYTE).ok());
+        if settings.is_some_and(|text| told::is_settings(&text)) {
             return Ok(());
         }
-        let other = files.iter().map(|name| self.output.join(name)).find(|path| path.exists());
+        let other = paths.iter().find(|path| path.exists());
         other.map_or(Ok(()), |path| {
-            let path = path.display();
             Err(format!(
-                "{path} is not of an evaluation and would be replaced: choose another folder with -o"
+                "{} is there without the settings of an evaluation, and would be replaced: move it away, or choose \
+                 another folder with -o",
+                path.display()
             )
             .into())
         })
@@ -303,8 +305,9 @@ impl Evaluate {
         let reasons = failed.values().map(evaluate::Error::to_string);
         let notes: Vec<String> = notes.iter().cloned().chain(reasons).collect();
         let settings = self.described(None, &[count]);
-        self.write(SETTINGS, &told::settings(&settings)?)?;
-        self.write("ablation.csv", &told::ablation_csv(&rows))?;
+        let [settings_file, table_file] = ABLATION_FILES;
+        self.write(settings_file, &told::settings(&settings)?)?;
+        self.write(table_file, &told::ablation_csv(&rows))?;
         let summary = |records: &Vec<Record>| Summary::of(&records.iter().collect::<Vec<_>>());
         let rows: Vec<_> = rows.iter().map(|(name, records)| (*name, summary(records))).collect();
         self.report(ABLATION, "What each departure from the paper brings", &settings, &notes, |s| {

@@ -53,8 +53,8 @@ pub fn settings(settings: &[(&str, String)]) -> serde_json::Result<String> {
 }
 
 /// Whether [`settings`] wrote this.
-pub fn is_settings(text: &str) -> bool {
-    let settings: Option<serde_json::Value> = serde_json::from_str(text).ok();
+pub fn is_settings(text: &[u8]) -> bool {
+    let settings: Option<serde_json::Value> = serde_json::from_slice(text).ok();
     let program = settings.as_ref().and_then(|settings| settings.get(PROGRAM)).and_then(|name| name.as_str());
     program.is_some_and(|name| name.starts_with("lacuna "))
 }
