@@ -5,7 +5,8 @@ use crate::error::Buffer;
 use crate::pose_fit::PoseBuffers;
 use crate::workspace::Workspace;
 
-/// All memory of a completion, lent by the caller; by default, none. [`Sizes::required`](crate::Sizes::required) tells how much.
+/// All memory of a completion, lent by the caller; by default, none. [`Sizes::required`](crate::Sizes::required) tells how
+/// much.
 #[derive(Debug)]
 pub struct Memory<'b, A: Arithmetic> {
     /// The pose fit's.

@@ -1,4 +1,4 @@
-//! Memory of the local fit, and what is lent too short.
+//! Memory of the local fit, and the error for a buffer that is too small.
 
 use crate::arithmetic::Arithmetic;
 use crate::error::{Buffer, Error};
@@ -80,7 +80,7 @@ pub(crate) fn first<T>(buffer: &mut [T], needed: usize, name: Buffer) -> Result<
     buffer.get_mut(..needed).ok_or(too_small(name, needed, given))
 }
 
-/// What is said of a buffer that is.
+/// The error for a buffer of `given` elements where `needed` are needed.
 pub(crate) fn too_small(buffer: Buffer, needed: usize, given: usize) -> Error {
     let [needed, given] = [needed, given].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
     Error::BufferTooSmall { buffer, needed, given }

@@ -47,7 +47,7 @@ use verdict::{Evidence, Verdict, weight_norm};
 /// What a user can choose.
 #[derive(Clone, Copy, Debug)]
 pub struct Options<'a> {
-    /// A pose that is known roughly, or exactly; searched for without a hint if not given.
+    /// A pose that is known roughly, or exactly; it is searched for if none is given.
     pub pose: GivenPose,
     /// Seed of the search.
     pub seed: u64,
