@@ -26,10 +26,18 @@ pub fn usual_side(mesh: &Mesh) -> f64 {
 
 /// Share of the points that may lie anywhere, at either end of each axis: a speck some metres away is left out later.
 const STRAY: f64 = 0.002;
+/// The same of a mesh that is too long otherwise: between a shape and what stands behind it a scanner sees points in the
+/// air.
+const MANY_STRAY: f64 = 0.025;
 
 /// Longest side of a mesh, stray points aside.
 pub fn of_mesh(mesh: &Mesh) -> f64 {
     longest(&usual_bounds(mesh))
+}
+
+/// Longest side of what holds most points of a mesh, even if many are stray.
+pub fn of_most(mesh: &Mesh) -> f64 {
+    longest(&bounds_but(mesh, MANY_STRAY))
 }
 
 /// Longest side of a box.
@@ -39,7 +47,12 @@ pub fn longest(bounds: &[[f64; 2]; 3]) -> f64 {
 
 /// Lowest and highest coordinate along each axis, stray points aside.
 pub fn usual_bounds(mesh: &Mesh) -> [[f64; 2]; 3] {
-    let stray = (STRAY * mesh.points.len() as f64) as usize;
+    bounds_but(mesh, STRAY)
+}
+
+/// Lowest and highest coordinate along each axis of all points but a share at either end.
+fn bounds_but(mesh: &Mesh, stray: f64) -> [[f64; 2]; 3] {
+    let stray = (stray * mesh.points.len() as f64) as usize;
     [0, 1, 2].map(|axis| {
         let mut along: Vec<f64> = mesh.points.iter().map(|p| p[axis]).collect();
         along.sort_unstable_by(f64::total_cmp);
@@ -125,7 +138,11 @@ mod tests {
         assert_eq!(of_mesh(&scan), 995.0, "two at either end may be stray");
         scan.points[500] = Point::new(-9e9, 500.0, 9e9);
         assert_eq!(of_mesh(&scan), 995.0);
+        scan.points.iter_mut().take(24).for_each(|p| p.x = 9e9);
+        assert_eq!((of_mesh(&scan), of_most(&scan)), (9e9, 949.0));
         scan.points.truncate(3);
+        assert_eq!(of_most(&scan), 9e9, "of few points none is stray");
+        scan.points.iter_mut().for_each(|p| p.x = 0.0);
         assert_eq!(of_mesh(&scan), 2.0);
         assert_eq!(of_mesh(&Mesh::default()), 0.0);
     }

@@ -292,6 +292,9 @@ pub fn check_size(scan: &Mesh, field: &Field, model: &Model<'_>, taken: Unit) ->
     let model_size = field.size * f64::from(model.header().spacing);
     let size = size::of_mesh(scan);
     let Some(hint) = size::misfit(size, model_size, taken) else { return Ok(()) };
+    if size > model_size && size::misfit(size::of_most(scan), model_size, taken).is_none() {
+        return Ok(());
+    }
     let symbol = unit::symbol(model.header().unit);
     Err(Error::Size { scan: size, model: model_size, unit: symbol, limit: size::LIMIT, hint })
 }

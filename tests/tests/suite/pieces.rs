@@ -4,7 +4,7 @@ use lacuna::Fixed;
 use lacuna_host::complete::clean::clean;
 use lacuna_host::complete::{Completion, GivenPose, Options, complete};
 use lacuna_host::distance::Surface;
-use lacuna_host::mesh::{Mesh, Point};
+use lacuna_host::mesh::{Mesh, Point, Vector};
 use lacuna_host::register::Placed;
 use lacuna_host::surface::keep_triangles;
 use lacuna_host::synth::{Head, Kind, ScannerSettings, scan};
@@ -57,4 +57,33 @@ fn a_piece_on_the_hidden_side_is_kept_and_specks_are_not() {
         let more = completed(&mesh).scan.triangles.len() - seen.triangles.len();
         assert_eq!(more, if kept { pieces } else { 0 }, "{name}");
     }
+}
+
+#[test]
+fn points_in_the_air_around_a_scan_are_specks_however_far_they_are() {
+    let head = Head::sample(1, 1001).mesh();
+    let view = scan(&head, Kind::Front, &ScannerSettings::default(), 1001).mesh;
+    let mut cluttered = view.clone();
+    // Single triangles up to 50 heads away: two points in a hundred.
+    let added = view.points.len() / 150;
+    for i in 0..added {
+        let (turn, away) = (2.4 * i as f64, 200.0 + 50.0 * (i % 200) as f64);
+        let at = Point::new(away * turn.cos(), away * turn.sin(), (i % 7) as f64 * 100.0 - 300.0);
+        let first = cluttered.points.len() as u32;
+        cluttered.points.extend([at, at + Vector::x(), at + Vector::y()]);
+        cluttered.triangles.push([first, first + 1, first + 2]);
+    }
+    let model = model();
+    let [alone, among] = [view, cluttered].map(|mesh| {
+        let options = Options { finer: 1, ..Options::of(&model) };
+        complete::<Fixed>(&model, &mesh, &options).expect("a completion")
+    });
+    assert_eq!(among.specks, alone.specks + added);
+    let surface = Surface::new(&alone.merged.mesh).expect("a surface");
+    let squares = among.merged.mesh.points.iter().map(|p| {
+        let near = surface.distance(p, f64::INFINITY).expect("a distance");
+        near.value * near.value
+    });
+    let rms = (squares.sum::<f64>() / among.merged.mesh.points.len() as f64).sqrt();
+    assert!(rms < 0.5, "{rms:.2} mm apart");
 }
