@@ -283,8 +283,8 @@ pub fn refine_whole(model: &Model<'_>, shape: &Mesh, known: &Placed) -> Result<R
     Ok(whole.registration(found, 0.0))
 }
 
-/// Refuses scans, in the model's unit, that cannot be of its size, and offers another unit than the one they were `taken`
-/// to be in.
+/// Refuses scans, in the model's unit, that cannot be of its size even without many stray points, and offers another unit
+/// than the one they were `taken` to be in.
 ///
 /// # Errors
 /// [`Error::Size`].
@@ -292,6 +292,7 @@ pub fn check_size(scan: &Mesh, field: &Field, model: &Model<'_>, taken: Unit) ->
     let model_size = field.size * f64::from(model.header().spacing);
     let size = size::of_mesh(scan);
     let Some(hint) = size::misfit(size, model_size, taken) else { return Ok(()) };
+    // Points in the air are specks, and left out later.
     if size > model_size && size::misfit(size::of_most(scan), model_size, taken).is_none() {
         return Ok(());
     }
