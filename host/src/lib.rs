@@ -12,6 +12,7 @@ pub mod cli;
 pub mod complete;
 pub mod correspondence;
 pub mod cubes;
+pub mod depth_view;
 pub mod device;
 pub mod distance;
 pub mod evaluate;

@@ -9,11 +9,10 @@ use lacuna_host::complete::depth_rows::DepthImage;
 use lacuna_host::complete::start::{Known, Thinned};
 use lacuna_host::device::Scan;
 use lacuna_host::fit::{Digests, fit};
-use lacuna_host::io::depth::DepthView;
 use lacuna_host::mesh::Point;
 use lacuna_host::points::OrientedPoints;
 use lacuna_host::register::Placed;
-use lacuna_host::synth::{self, Head, ScannerSettings, UNITS_PER_MM, View};
+use lacuna_host::synth::{self, Head, ScannerSettings};
 use lacuna_host::verify::{Case, Class};
 use std::sync::OnceLock;
 
@@ -48,7 +47,7 @@ pub fn small_depth() -> &'static Small {
         let head = Head::sample(class.seed, class.shapes).mesh();
         let settings = ScannerSettings { size: (96, 72), ..ScannerSettings::default() };
         let seen = synth::scan(&head, class.kind, &settings, class.seed);
-        let image = DepthImage::new(&view(&seen.views[0]), 1.0).expect("a camera");
+        let image = DepthImage::new(&seen.views[0], 1.0).expect("a camera");
         let file = small().model.clone();
         let model = Model::from_bytes(&file).expect("the small case");
         let hint = Placed { centre: Point::origin(), pose: small().scan.begin.pose };
@@ -62,21 +61,6 @@ pub fn small_depth() -> &'static Small {
         let start = Start { thinned, known, depth: Some(depth) };
         Small { scan: Scan::new(&start, Iterations::Varying), digests, model: file }
     })
-}
-
-/// The simulated scanner's image as one from a file.
-pub fn view(view: &View) -> DepthView {
-    DepthView {
-        depth: view.depth.clone(),
-        width: view.width as usize,
-        height: view.height as usize,
-        fx: view.fx,
-        fy: view.fy,
-        cx: view.cx,
-        cy: view.cy,
-        unit_mm: 1.0 / UNITS_PER_MM,
-        camera_to_scan: view.camera_to_scan,
-    }
 }
 
 /// A case's scan as a device takes it, from its pose as a rough one.

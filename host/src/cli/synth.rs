@@ -2,6 +2,7 @@
 
 use super::outputs::{self, Output};
 use super::{Common, Failure, bar, say};
+use crate::depth_view::DepthView;
 use crate::io::{self, PlyOut};
 use crate::mesh::Mesh;
 use crate::synth::{Head, Kind, Scan, ScannerSettings, Surrounding, scan_among};
@@ -218,7 +219,7 @@ impl OneScan {
         let mut views = Vec::new();
         for (number, view) in scan.views.iter().enumerate() {
             let name = if scan.views.len() == 1 { "depth.png".into() } else { format!("depth_{number}.png") };
-            let png = depth_png(&view.depth, view.width, view.height)?;
+            let png = depth_png(view)?;
             io::atomic::write(&self.folder.join(&name), |file| file.write_all(&png))?;
             views.push(json!({ "depth": name, "camera_to_scan": rows(&view.camera_to_scan) }));
         }
@@ -227,7 +228,7 @@ impl OneScan {
             json!({
                 "width": view.width, "height": view.height,
                 "fx": view.fx, "fy": view.fy, "cx": view.cx, "cy": view.cy,
-                "depth_unit_mm": 1.0 / crate::synth::UNITS_PER_MM,
+                "depth_unit_mm": view.unit_mm,
             })
         });
         let info = json!({
@@ -248,13 +249,13 @@ fn rows(matrix: &Matrix4<f64>) -> Vec<Vec<f64>> {
     matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
 }
 
-fn depth_png(depth: &[u16], width: u32, height: u32) -> Result<Vec<u8>, Failure> {
+fn depth_png(view: &DepthView) -> Result<Vec<u8>, Failure> {
     let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    let mut encoder = png::Encoder::new(&mut bytes, view.width as u32, view.height as u32);
     encoder.set_color(png::ColorType::Grayscale);
     encoder.set_depth(png::BitDepth::Sixteen);
     let mut writer = encoder.write_header()?;
-    let data: Vec<u8> = depth.iter().flat_map(|d| d.to_be_bytes()).collect();
+    let data: Vec<u8> = view.depth.iter().flat_map(|d| d.to_be_bytes()).collect();
     writer.write_image_data(&data)?;
     writer.finish()?;
     Ok(bytes)

@@ -2,7 +2,7 @@
 
 use super::start::{CELL, Start, Thinned, place};
 use super::{Error, Options};
-use crate::io::depth::DepthView;
+use crate::depth_view::DepthView;
 use crate::mesh::{Mesh, Point, Vector};
 use crate::points::{OrientedPoints, PackedPoints};
 use crate::register::Placed;

@@ -13,5 +13,5 @@ mod tessellate;
 
 pub use head::Head;
 pub use random::Random;
-pub use scanner::{Kind, Scan, Settings as ScannerSettings, UNITS_PER_MM, View, scan, scan_among};
+pub use scanner::{Kind, Scan, Settings as ScannerSettings, scan, scan_among};
 pub use surroundings::Surrounding;

@@ -14,6 +14,7 @@ mod tests;
 
 use super::Random;
 use crate::bvh::Bvh;
+use crate::depth_view::DepthView;
 use crate::mesh::{Mesh, Point, Vector};
 use crate::surface::keep_triangles;
 use camera::Camera;
@@ -70,42 +71,11 @@ impl Settings {
     }
 }
 
-/// A depth image with what is needed to place it. Pinhole: x right, y down, z forward,
-/// `X = (column - cx) / fx Z`, `Y = (row - cy) / fy Z`, pixel centres at integers.
-#[derive(Clone, Debug, PartialEq)]
-pub struct View {
-    /// Depth Z in 1/16 mm, row by row; 0 where nothing was measured.
-    pub depth: Vec<u16>,
-    /// Pixels in a row.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-    /// Focal length in columns.
-    pub fx: f64,
-    /// Focal length in rows.
-    pub fy: f64,
-    /// Column of the principal point.
-    pub cx: f64,
-    /// Row of the principal point.
-    pub cy: f64,
-    /// From millimetres in the camera frame to the scan frame; a similarity, 4 by 4, column vectors.
-    pub camera_to_scan: Matrix4<f64>,
-}
-
-impl View {
-    /// The point of a pixel in the scan frame.
-    pub fn point(&self, column: u32, row: u32) -> Point {
-        let z = f64::from(self.depth[(row * self.width + column) as usize]) / UNITS_PER_MM;
-        let (x, y) = ((f64::from(column) - self.cx) / self.fx * z, (f64::from(row) - self.cy) / self.fy * z);
-        self.camera_to_scan.transform_point(&Point::new(x, y, z))
-    }
-}
-
 /// A scan and the truth about it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scan {
     /// The depth images.
-    pub views: Vec<View>,
+    pub views: Vec<DepthView>,
     /// The views as triangulated sheets, scan frame; no triangle spans a jump.
     pub mesh: Mesh,
     /// All measured points with unit normals, scan frame.
@@ -137,7 +107,7 @@ pub fn scan_among(truth: &Mesh, others: &Mesh, kind: Kind, settings: &Settings, 
         let off = if stream == 1 { Isometry3::identity() } else { misplaced(middle, settings, seed, stream) };
         view_of(&camera, &depths, &(pose * off))
     };
-    let views: Vec<View> = yaws(kind, seed).into_iter().zip(1..).map(&mut view).collect();
+    let views: Vec<DepthView> = yaws(kind, seed).into_iter().zip(1..).map(&mut view).collect();
     assemble((truth, others), views, &pose, settings.jump_mm)
 }
 
@@ -167,23 +137,24 @@ fn pose(random: &mut Random) -> Similarity3<f64> {
     Similarity3::from_parts(Translation3::from(shift), rotation, random.range(0.9, 1.1))
 }
 
-fn view_of(camera: &Camera, depths: &Depths, pose: &Similarity3<f64>) -> View {
+fn view_of(camera: &Camera, depths: &Depths, pose: &Similarity3<f64>) -> DepthView {
     let (cx, cy) = camera.centre();
-    View {
+    DepthView {
         depth: depths.quantised(),
-        width: camera.width,
-        height: camera.height,
+        width: camera.width as usize,
+        height: camera.height as usize,
         fx: camera.f,
         fy: camera.f,
         cx,
         cy,
+        unit_mm: 1.0 / UNITS_PER_MM,
         camera_to_scan: (pose * camera.to_model).to_homogeneous(),
     }
 }
 
 fn assemble(
     (truth, others): (&Mesh, &Mesh),
-    views: Vec<View>,
+    views: Vec<DepthView>,
     pose: &Similarity3<f64>,
     jump_mm: f64,
 ) -> Scan {

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use nalgebra::Matrix4;
 use serde::Deserialize;
 
-use super::DepthView;
 use super::image::Image;
+use crate::depth_view::DepthView;
 use crate::io::error::{Fault, Problem};
 
 /// What a scan.json has to say; everything else in it is skipped.

@@ -30,11 +30,6 @@ fn folder(json: &str, images: &[(&str, Vec<u8>)]) -> tempfile::TempDir {
 
 const PIXELS: [u16; 6] = [4, 4, 0, 4, 4, 5];
 
-fn view() -> DepthView {
-    let folder = folder(JSON, &[("depth.png", png(3, 2, &PIXELS))]);
-    read(folder.path()).unwrap().remove(0)
-}
-
 #[test]
 fn folder_description_and_image_are_three_names_of_one_scan() {
     let folder = folder(JSON, &[("depth.png", png(3, 2, &PIXELS))]);
@@ -43,47 +38,6 @@ fn folder_description_and_image_are_three_names_of_one_scan() {
     assert_eq!(views[0].depth, PIXELS);
     assert_eq!(read(&folder.path().join("scan.json")).unwrap(), views);
     assert_eq!(read(&folder.path().join("depth.png")).unwrap(), views);
-}
-
-#[test]
-fn pixels_become_points_of_the_scan_frame() {
-    let view = view();
-    assert_eq!(view.point(0, 0), Some(Point::new(-1.0 + 10.0, -0.25 + 20.0, 2.0 + 30.0)));
-    assert_eq!((view.point(2, 0), view.point(7, 0)), (None, None));
-    assert_eq!(view.median_depth_mm(), Some(2.0));
-}
-
-#[test]
-fn measured_neighbours_are_joined_and_face_the_camera() {
-    let mesh = view().mesh(0.5);
-    assert_eq!((mesh.points.len(), mesh.triangles.len()), (5, 3));
-    for t in 0..3 {
-        let [a, b, c] = mesh.corners(t);
-        assert!((b - a).cross(&(c - a)).z < 0.0);
-    }
-}
-
-#[test]
-fn triangles_face_the_camera_of_a_mirroring_pose_too() {
-    let mut mirrored = view();
-    mirrored.camera_to_scan[(2, 2)] = -1.0;
-    let [a, b, c] = mirrored.mesh(1.0).corners(0);
-    assert!((b - a).cross(&(c - a)).z > 0.0);
-}
-
-#[test]
-fn nothing_is_joined_across_a_jump() {
-    let mesh = view().mesh(0.4);
-    assert_eq!((mesh.points.len(), mesh.triangles.len()), (4, 2));
-}
-
-#[test]
-fn four_pixels_are_cut_along_the_smaller_step() {
-    let mut view = view();
-    view.depth = vec![9, 4, 0, 4, 9, 0];
-    assert_eq!(view.mesh(1.0).triangles.len(), 0, "both triangles would span the jump");
-    view.depth = vec![9, 9, 0, 9, 1, 0];
-    assert_eq!(view.mesh(1.0).triangles.len(), 1);
 }
 
 #[test]

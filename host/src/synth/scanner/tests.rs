@@ -68,11 +68,9 @@ fn further_views_are_a_little_beside_the_first() {
     let rms_of_views = |registration_mm: f64| -> Vec<f64> {
         let exact = Settings { noise_mm: 0.0, smooth_noise_mm: 0.0, registration_mm, ..Settings::small() };
         let scan = scan(&truth, Kind::Stitched, &exact, 6);
-        let rms = |view: &View| {
+        let rms = |view: &DepthView| {
             let pixels = (0..view.height).flat_map(|row| (0..view.width).map(move |column| (column, row)));
-            let measured =
-                pixels.filter(|&(column, row)| view.depth[(row * view.width + column) as usize] > 0);
-            let points: Vec<Point> = measured.map(|(column, row)| view.point(column, row)).collect();
+            let points: Vec<Point> = pixels.filter_map(|(column, row)| view.point(column, row)).collect();
             let hits = back_in_model_frame(&scan, &points).into_iter().filter_map(|p| bvh.closest(&p, 1.5));
             let squares: Vec<f64> = hits.map(|hit| hit.squared_distance).collect();
             (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()

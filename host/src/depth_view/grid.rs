@@ -66,3 +66,41 @@ impl Sheet<'_> {
         *slot
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::depth_view::tests::view;
+
+    #[test]
+    fn measured_neighbours_are_joined_and_face_the_camera() {
+        let mesh = view().mesh(0.5);
+        assert_eq!((mesh.points.len(), mesh.triangles.len()), (5, 3));
+        for t in 0..3 {
+            let [a, b, c] = mesh.corners(t);
+            assert!((b - a).cross(&(c - a)).z < 0.0);
+        }
+    }
+
+    #[test]
+    fn triangles_face_the_camera_of_a_mirroring_pose_too() {
+        let mut mirrored = view();
+        mirrored.camera_to_scan[(2, 2)] = -1.0;
+        let [a, b, c] = mirrored.mesh(1.0).corners(0);
+        assert!((b - a).cross(&(c - a)).z > 0.0);
+    }
+
+    #[test]
+    fn nothing_is_joined_across_a_jump() {
+        let mesh = view().mesh(0.4);
+        assert_eq!((mesh.points.len(), mesh.triangles.len()), (4, 2));
+    }
+
+    #[test]
+    fn four_pixels_are_cut_along_the_smaller_step() {
+        let mut view = view();
+        view.depth = vec![9, 4, 0, 4, 9, 0];
+        assert_eq!(view.mesh(1.0).triangles.len(), 0, "both triangles would span the jump");
+        view.depth = vec![9, 9, 0, 9, 1, 0];
+        assert_eq!(view.mesh(1.0).triangles.len(), 1);
+    }
+}
