@@ -1,4 +1,6 @@
-//! A depth image as a triangulated sheet.
+//! A depth image as a triangulated sheet, the way a scanner's own software would join it: always along the same
+//! diagonal. Images that are read are cut along the smaller step ([`DepthView::mesh`]); these stay as they are, for
+//! another cut would change the bits of every simulated scan.
 
 use crate::depth_view::DepthView;
 use crate::mesh::{Mesh, Point, Vector};
