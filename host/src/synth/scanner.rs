@@ -24,7 +24,7 @@ use optics::{Scene, Spots};
 use rayon::prelude::*;
 
 /// Grey levels of a depth image for one millimetre.
-pub const UNITS_PER_MM: f64 = 16.0;
+const UNITS_PER_MM: f64 = 16.0;
 /// A vertex farther than this from the scan is missing.
 const MISSING_MM: f64 = 2.0;
 /// Arm of the turn by which views are off.

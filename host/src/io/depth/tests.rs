@@ -2,6 +2,7 @@ use std::fs;
 
 use super::*;
 use crate::io::read_scan;
+use crate::mesh::Point;
 
 const JSON: &str = r#"{ "name": "by hand", "camera": { "fx": 2.0, "fy": 4.0, "cx": 1, "cy": 0.5,
     "depth_unit_mm": 0.5, "width": 3, "height": 2, "hfov_deg": 45 },
@@ -36,6 +37,7 @@ fn folder_description_and_image_are_three_names_of_one_scan() {
     let views = read(folder.path()).unwrap();
     assert_eq!((views.len(), views[0].width, views[0].height), (1, 3, 2));
     assert_eq!(views[0].depth, PIXELS);
+    assert_eq!(views[0].point(0, 0), Some(Point::new(-1.0 + 10.0, -0.25 + 20.0, 2.0 + 30.0)));
     assert_eq!(read(&folder.path().join("scan.json")).unwrap(), views);
     assert_eq!(read(&folder.path().join("depth.png")).unwrap(), views);
 }
