@@ -132,7 +132,7 @@ impl<'r> Rows<'r> {
         Ok(Self { frame, step, values })
     }
 
-    /// Takes the next pixels of row `v`, the first of them in column `u`; what is beyond the row's end is left out. The
+    /// Takes the next pixels of row `v`, the first of them in column `u`; what is beyond the image is left out. The
     /// pixels from number `next` on, row by row from the first, were left out before them: they were not measured.
     ///
     /// # Returns
@@ -144,6 +144,9 @@ impl<'r> Rows<'r> {
         pixels: impl Iterator<Item = u16> + Clone,
         places: &mut [Packed],
     ) -> Option<usize> {
+        if v >= self.frame.camera.height {
+            return Some(0);
+        }
         let left_out = next..self.frame.camera.number(u, v);
         let columns = u..self.frame.camera.width;
         let mut made = 0usize;
@@ -265,6 +268,17 @@ mod tests {
         assert_eq!(points(Frame { stride: 2, ..frame() }, &[200; 25]).1, 1);
         assert_eq!(points(Frame { stride: 3, ..frame() }, &[200; 25]).1, 1);
         assert_eq!(points(Frame { reach: 2, ..frame() }, &[200; 25]).1, 1);
+    }
+
+    #[test]
+    fn rows_beyond_the_image_make_no_points() {
+        let (mut memory, mut places) = ([0; 20], [[0; 6]; 25]);
+        let mut rows = Rows::new(frame(), STEP, &mut memory).unwrap();
+        for v in 0..8 {
+            let next = frame().camera.number(0, v.min(5));
+            let made = rows.take(next, (0, v), [200; 5].into_iter(), &mut places).unwrap();
+            assert_eq!(made, if (2..5).contains(&v) { 3 } else { 0 }, "row {v}");
+        }
     }
 
     #[test]

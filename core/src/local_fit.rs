@@ -1,6 +1,6 @@
 //! The local fit: every node has its own weight vector, eqs. (14)-(16) made to converge.
 //!
-//! Over the hull's voxels n, those within three quarters of a voxel of the surface and one in four of the others, with trilinear
+//! Over the hull's voxels n, those near the surface (3/4 of a voxel behind it, 5/8 in front) and one in four of the others, with trilinear
 //! weights φ_jn to their eight nodes j, and B a box mean over the nodes:
 //!
 //! ```text
@@ -168,6 +168,8 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         // Once converted and then copied: a conversion takes hundreds of instructions without a double precision unit.
         let modes = self.model.modes().max(1);
         let (first, others) = self.weights.split_at_mut(modes.min(self.weights.len()));
+        // The memory is lent: what was in it is no weight of a mode that the start does not tell.
+        first.fill(A::weight(0.0));
         for (value, &weight) in first.iter_mut().zip(weights) {
             *value = A::weight(weight);
         }

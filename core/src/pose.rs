@@ -59,16 +59,18 @@ impl Pose {
         self.rotation.map(|row| dot(row, n))
     }
 
-    /// Whether all numbers are finite, the scale positive and R a rotation: its rows of length one, the third the cross
-    /// product of the others.
+    /// Whether all numbers are finite, the scale positive and R a rotation to a thousandth: its rows of length one and
+    /// perpendicular, the third on the side of the others' cross product.
     pub fn is_valid(&self) -> bool {
         let [x, y, z] = self.rotation;
         let unit = |row: &[f32; 3]| (dot(*row, *row) - 1.0).abs() < 1e-3;
+        let perpendicular = |(a, b): &([f32; 3], [f32; 3])| dot(*a, *b).abs() < 1e-3;
         self.scale.is_finite()
             && self.scale > 0.0
             && self.translation.iter().all(|t| t.is_finite())
             && self.rotation.iter().all(unit)
-            && (dot(cross(x, y), z) - 1.0).abs() < 2e-3
+            && [(x, y), (y, z), (z, x)].iter().all(perpendicular)
+            && dot(cross(x, y), z) > 0.0
     }
 
     /// The pose after a small motion in voxel space about `centre`: turn by the vector `omega` (radians),
@@ -133,7 +135,9 @@ mod tests {
     #[test]
     fn a_mirrored_or_sheared_frame_is_no_pose() {
         let [x, y, z] = Pose::IDENTITY.rotation;
-        for rotation in [[x, y, z.map(|c| -c)], [y, x, z], [x, y, y], [x, [0.6, 0.8, 0.0], z]] {
+        let two_degrees = [0.0349, 0.99939, 0.0];
+        let sheared = [[x, [0.6, 0.8, 0.0], z], [x, two_degrees, z], [two_degrees, y, z]];
+        for rotation in [[x, y, z.map(|c| -c)], [y, x, z], [x, y, y]].into_iter().chain(sheared) {
             assert!(!Pose { rotation, ..Pose::IDENTITY }.is_valid(), "{rotation:?}");
         }
     }

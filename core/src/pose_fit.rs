@@ -58,7 +58,7 @@ pub struct Round {
     pub iterations: u16,
     /// Most points used, at least [`FEWEST_POINTS`]: what a later round refines may be rough.
     pub points: usize,
-    /// Misfit scale c, class millimetres; a positive number.
+    /// Misfit scale c, class millimetres, 0.001 to 1000.
     pub misfit: f32,
     /// Whether the scale may change.
     pub growth: bool,
@@ -77,7 +77,7 @@ impl Round {
         if self.points < FEWEST_POINTS {
             return Err(Error::TooFewPoints { given: self.points as u32 });
         }
-        let usable = self.misfit.is_normal() && self.misfit > 0.0;
+        let usable = (1e-3..=1e3).contains(&self.misfit);
         if usable { Ok(()) } else { Err(Error::Option(OptionName::Misfit)) }
     }
 }

@@ -24,7 +24,7 @@ pub struct Sizes {
     pub weights: usize,
     /// The same before the last step; 0 without momentum.
     pub previous: usize,
-    /// Residuals; the hull's keys share this memory in fixed point.
+    /// Residuals; the hull's keys share this memory.
     pub residuals: usize,
     /// Masks of the hull's rows, u8.
     pub hull_rows: usize,
@@ -42,7 +42,7 @@ pub struct Sizes {
     pub normal: usize,
     /// Sums of the global fit over a brick, i32.
     pub block: usize,
-    /// Global weights, f64.
+    /// Global weights, f64, and as many weights of the pose fit, f32.
     pub global: usize,
     /// Sums of the pose fit, f64, and again f32.
     pub pose_sums: usize,

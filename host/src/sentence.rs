@@ -69,7 +69,7 @@ fn option(name: OptionName) -> String {
             let [least, most] = [Reach::LEAST_LATERAL, Reach::MOST_LATERAL].map(voxels);
             return format!("the hull's reach sideways is out of range: {least} to {most} voxels");
         }
-        OptionName::Ridge => "a ridge is not a positive number: correct it",
+        OptionName::Ridge => "a ridge is not from 0.001 to 1000: correct it",
         OptionName::Step => "a step length of the local fit is not within 0 to 1024: correct it",
         OptionName::CloudStep => {
             "the step of the points' coordinates is not a positive number: pack them again"

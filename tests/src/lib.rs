@@ -24,6 +24,7 @@ pub mod trained;
 use lacuna::{Model, Pose};
 use lacuna_host::points::{OrientedPoints, thin};
 use lacuna_host::synth::Head;
+pub use lacuna_host::verify::voxel_pose;
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
@@ -33,11 +34,6 @@ pub fn model() -> Model<'static> {
     static MODEL: LazyLock<Model<'static>> =
         LazyLock::new(|| Model::from_bytes(lacuna_fixtures::MODEL).expect("the built-in model"));
     MODEL.clone()
-}
-
-/// From the frame of the training shapes to voxels.
-pub fn voxel_pose(model: &Model<'_>) -> Pose {
-    Pose::in_frame_of(model.header(), Pose::IDENTITY.rotation, 1.0, [0.0; 3])
 }
 
 /// A whole head of the built-in class, in the model's frame, one point every 2 mm.

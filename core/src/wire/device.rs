@@ -7,7 +7,7 @@ use super::desk::Desk;
 use super::frame::MAX_MESSAGE;
 use super::intake::Room;
 use super::line::{Line, LineBuffers, Patience};
-use super::message::{Begin, Identity, Info, Iterations, MAX_DATA, Reply, Request};
+use super::message::{Begin, Identity, Info, Iterations, MAX_DATA, Reply, Request, VERSION};
 use super::refusal::Refusal;
 use super::results::Results;
 use crate::arithmetic::Fixed;
@@ -101,6 +101,7 @@ fn decline<P: Port>(line: &mut Line<'_, P>, info: &Info<'_>, error: Error) -> Re
     loop {
         let reply = match line.receive(Patience::Wait)? {
             None => continue,
+            Some(Request::Hello { .. }) => Reply::Hello { version: VERSION },
             Some(Request::Info) => Reply::Info(*info),
             Some(_) => Reply::Refused(Refusal::Core(error)),
         };

@@ -182,7 +182,7 @@ pub struct Info<'a> {
     pub core: &'a str,
     /// Most points of a scan.
     pub max_points: u32,
-    /// Static memory lent to points, fit and protocol, bytes.
+    /// Static memory lent to points, rows of depth images, fit and protocol, bytes.
     pub ram: u32,
     /// Bytes of the model.
     pub flash: u32,

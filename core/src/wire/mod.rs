@@ -102,7 +102,7 @@
 //! | `Unsupported` | the device has no memory for rows |
 //! | `ImageTooWide` | 2 r rows are more pixels than it keeps; with how many |
 //! | `Core` `Option` | width, height, reach or stride is 0, fx, fy or unit is not a positive number, cx or cy is not finite, jump is not 0 or a positive number, the step of the points is not a positive number |
-//! | `Core` `Pose` | the view is no similarity |
+//! | `Core` `Pose` | the view, or the rough pose of the scan, is no similarity |
 //! | `NoScan` | pixels before `BeginDepth` |
 //! | `WrongKind` | pixels after `Begin`, or points after `BeginDepth` |
 //! | `WrongRow` | pixels before the next one, or beyond the image; with row and column of the next one |

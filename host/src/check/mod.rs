@@ -137,7 +137,7 @@ fn mesh_with(loaded: Loaded, flat: Flat) -> Checked {
     }
     vertices::check(&mut checked);
     let edges = Edges::of(&checked.mesh);
-    edges::check(&mut checked, &edges);
+    edges::check(&mut checked, &edges, flat);
     winding::check(&mut checked, &edges);
     checked
 }

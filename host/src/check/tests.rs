@@ -2,7 +2,8 @@
 
 use super::*;
 use crate::mesh::{Point, Vector};
-use crate::surface::shapes::{ball, sheet};
+use crate::size;
+use crate::surface::shapes::{ball, joined, sheet};
 use alternatives::Alternative;
 use lacuna::format::Unit;
 
@@ -167,6 +168,12 @@ fn training_sets_are_judged_together() {
     assert!(refused(vec![one.clone(), one.clone()]).contains("copies count once"));
     let mixed = refused(vec![one.clone(), other.clone(), scaled(1e-3)]);
     assert!(mixed.starts_with("c: ") && mixed.contains("another unit"), "{mixed}");
+    let halves = refused(vec![one.clone(), other.clone(), scaled(1e-3), scaled(1.1e-3)]);
+    let there = format!("the others {:.4};", size::of_mesh(&one));
+    assert!(
+        halves.starts_with("c: ") && halves.contains(&there),
+        "of as many in either, a size that is there: {halves}"
+    );
     let cloud = Mesh { triangles: vec![], ..one.clone() };
     assert!(refused(vec![one, cloud, other]).starts_with("b: it has no triangles"));
 }
@@ -197,6 +204,27 @@ fn flat_triangles_stay_where_vertices_correspond() {
     own.triangles.swap(0, 1);
     let set = training::set(vec![loaded(&own), loaded(&other)], &names, Unit::Millimetre).ok().unwrap();
     assert!(set.shapes[1].1.triangles.len() < one.triangles.len());
+}
+
+#[test]
+fn specks_of_a_training_shape_are_left_out_unless_vertices_correspond() {
+    let names: Vec<String> = ["a", "b"].map(String::from).to_vec();
+    let loaded = |mesh: &Mesh| Loaded { mesh: mesh.clone(), repairs: vec![] };
+    let (clean, mut other) = (sheet(40), sheet(40));
+    other.points[40].z += 0.5;
+    let with_speck = |mesh: &Mesh| {
+        let mut speck = sheet(2);
+        speck.points.iter_mut().for_each(|p| p.z += 500.0);
+        joined(mesh, &speck)
+    };
+    let (odd, alike) = (with_speck(&clean), with_speck(&other));
+    let set = training::set(vec![loaded(&odd), loaded(&other)], &names, Unit::Millimetre).ok().unwrap();
+    assert_eq!(set.shapes[0].1, clean);
+    let told: Vec<&str> = set.findings.iter().map(|(_, text)| text.as_str()).collect();
+    assert!(told.contains(&"2 triangles of specks left out"), "{told:?}");
+    let set = training::set(vec![loaded(&odd), loaded(&alike)], &names, Unit::Millimetre).ok().unwrap();
+    assert_eq!(set.shapes[0].1, odd);
+    assert!(set.findings[0].1.ends_with("2 loose pieces; all of them are used"), "{:?}", set.findings);
 }
 
 #[test]

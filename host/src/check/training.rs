@@ -6,9 +6,10 @@ use crate::io::Loaded;
 use crate::mesh::Mesh;
 use crate::quantile::median;
 use crate::size;
+use crate::surface::{components, keep_triangles, specks};
 use lacuna::format::Unit;
 
-/// Sizes farther than this factor from the median are not of one class in one unit.
+/// Sizes farther than this factor from the usual one are not of one class in one unit.
 const SPREAD: f64 = 4.0;
 /// Farthest from the origin, in extents: the model's origin is stored in single precision.
 const FAR: f64 = 1e4;
@@ -79,6 +80,9 @@ fn correspond(shapes: &[Loaded]) -> bool {
 /// One training shape for itself.
 fn single(shape: Loaded, flat: Flat) -> Checked {
     let mut checked = super::mesh_with(shape, flat);
+    if flat == Flat::LeftOut {
+        leave_specks_out(&mut checked);
+    }
     if checked.mesh.triangles.is_empty() && !checked.is_refused() {
         checked.refused("it has no triangles: a model is trained on meshes, not on points".into());
     }
@@ -93,6 +97,19 @@ fn single(shape: Loaded, flat: Flat) -> Checked {
     checked
 }
 
+/// Nobody looks at a training shape's specks again: a single one would make the grid larger and be learned.
+fn leave_specks_out(checked: &mut Checked) {
+    let pieces = components(&checked.mesh);
+    let specks = specks(&pieces);
+    let before = checked.mesh.triangles.len();
+    checked.mesh = keep_triangles(&checked.mesh, |i| !specks[pieces[i] as usize]);
+    let left_out = before - checked.mesh.triangles.len();
+    if left_out > 0 {
+        checked
+            .repaired(format!("{} left out", counted(left_out, "triangle of specks", "triangles of specks")));
+    }
+}
+
 fn too_few(different: usize, copies: usize) -> String {
     let what = counted(different, "different training shape", "different training shapes");
     let why = if copies > 0 { " (copies count once)" } else { "" };
@@ -101,20 +118,21 @@ fn too_few(different: usize, copies: usize) -> String {
 
 /// Finds a shape whose size is not that of the others.
 fn sizes(shapes: &[(usize, Mesh)], unit: Unit) -> Result<(), (usize, String)> {
-    let Some(usual) = median(shapes.iter().map(|(_, mesh)| size::of_mesh(mesh)).collect()) else {
-        return Ok(());
-    };
-    for (number, mesh) in shapes {
-        if let Some(text) = misfit(size::of_mesh(mesh), usual, unit) {
-            return Err((*number, text));
-        }
-    }
-    Ok(())
+    let lengths: Vec<f64> = shapes.iter().map(|(_, mesh)| size::of_mesh(mesh)).collect();
+    let mut ascending = lengths.clone();
+    ascending.sort_unstable_by(f64::total_cmp);
+    // One that is there: between two groups in different units nothing is.
+    let Some(&usual) = ascending.get(ascending.len() / 2) else { return Ok(()) };
+    let odd = lengths.into_iter().zip(shapes).find_map(|(length, (number, _))| {
+        let text = misfit(length, usual, unit)?;
+        Some((*number, text))
+    });
+    odd.map_or(Ok(()), Err)
 }
 
 /// What is wrong about a length among shapes of another one.
-fn misfit(length: f64, median: f64, unit: Unit) -> Option<String> {
-    let ratio = length / median;
+fn misfit(length: f64, usual: f64, unit: Unit) -> Option<String> {
+    let ratio = length / usual;
     if (1.0 / SPREAD..=SPREAD).contains(&ratio) {
         return None;
     }
@@ -122,5 +140,5 @@ fn misfit(length: f64, median: f64, unit: Unit) -> Option<String> {
     let hint = hint.map_or("is it of the same class and in the same unit?".into(), |_| {
         format!("it seems to be in another unit than the others ({ratio:.4} times their size): convert it")
     });
-    Some(format!("it is {length:.4} long, the others {median:.4}; {hint}"))
+    Some(format!("it is {length:.4} long, the others {usual:.4}; {hint}"))
 }

@@ -15,7 +15,9 @@ use crate::io::{self, PlyOut};
 use crate::mesh::Mesh;
 use crate::{report, unit};
 use lacuna::{Fixed, Model, Schedule};
-use std::path::PathBuf;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
 
 /// Complete a scan: without arguments, the example scan with the built-in model.
 #[derive(clap::Args)]
@@ -164,7 +166,24 @@ impl Complete {
         let mut read = self.subject.files();
         read.extend(self.pose.iter().chain(&self.pose_hint).map(PathBuf::from));
         outputs::check(&read, &files)?;
+        self.check_own_picture(picture.as_deref())?;
         self.report_path().map_or(Ok(()), |path| inputs::check_report(&path))
+    }
+
+    /// Refuses to replace a picture that nobody named, unless the mesh beside it is a completed one.
+    fn check_own_picture(&self, path: Option<&Path>) -> Result<(), Failure> {
+        let Some(path) = path.filter(|path| self.picture.is_none() && path.exists()) else { return Ok(()) };
+        let mut header = Vec::new();
+        let mesh = File::open(&self.output).map(|file| file.take(HEADER).read_to_end(&mut header));
+        if mesh.is_ok() && String::from_utf8_lossy(&header).contains(&format!("comment {COMPLETED}")) {
+            return Ok(());
+        }
+        let name = path.display();
+        Err(format!(
+            "{name} is there and may be something else's; the picture would replace it: name another one with \
+             --picture, or draw none with --no-picture"
+        )
+        .into())
     }
 
     fn report_path(&self) -> Option<PathBuf> {
@@ -304,10 +323,15 @@ impl Complete {
 }
 
 /// What the file says about itself.
+/// What the first comment of a completed mesh begins with.
+const COMPLETED: &str = "completed by lacuna";
+/// Within so many bytes it is there.
+const HEADER: u64 = 256;
+
 fn comments(completion: &Completion, model: &Model<'_>) -> Vec<String> {
     let (version, class) = (env!("CARGO_PKG_VERSION"), model.header().class);
     let mut comments = vec![
-        format!("completed by lacuna {version} with the class {class}"),
+        format!("{COMPLETED} {version} with the class {class}"),
         "label 1: measured, 0: inferred, 2: not part of the class; distance: to the scan, in its unit".into(),
     ];
     if !completion.expected.errors.is_empty() {

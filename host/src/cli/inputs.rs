@@ -1,5 +1,6 @@
 //! What several subcommands read: models, scans, units, poses.
 
+use super::outputs::Usage;
 use super::{Failure, outputs};
 use crate::check;
 use crate::check::alternatives::Alternative;
@@ -75,10 +76,12 @@ impl Subject {
     pub fn depth_image(&self, model: &Model<'_>) -> Result<DepthImage, Failure> {
         let path = self.scan.as_deref().filter(|path| io::depth::is_depth(path));
         let Some(path) = path else {
-            return Err("--depth-rows goes with a depth PNG or a scan.json".into());
+            return Err(Usage("--depth-rows goes with a depth PNG or a scan.json".into()).into());
         };
         if self.flip {
-            return Err("--flip does not go with --depth-rows: depth images face their camera".into());
+            return Err(
+                Usage("--flip does not go with --depth-rows: depth images face their camera".into()).into()
+            );
         }
         let views = io::depth::read(path)?;
         let [view] = views.as_slice() else {

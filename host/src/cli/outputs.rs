@@ -34,12 +34,15 @@ pub fn check_folder(folder: &Path, files: &[&str]) -> Result<(), Failure> {
     if folder.is_dir() {
         return Ok(files.iter().try_for_each(|file| atomic::check(&folder.join(file)))?);
     }
-    match folder.ancestors().find(|above| above.exists()) {
-        Some(file) if !file.is_dir() => {
-            Err(format!("cannot write into {}: {} is a file", folder.display(), file.display()).into())
-        }
-        _ => Ok(()),
+    // The folder without a name is where the program runs.
+    let is_there = |path: &&Path| path.as_os_str().is_empty() || path.exists();
+    let there = folder.ancestors().find(is_there).filter(|there| !there.as_os_str().is_empty());
+    if let Some(file) = there.filter(|there| !there.is_dir()) {
+        return Err(format!("cannot write into {}: {} is a file", folder.display(), file.display()).into());
     }
+    // What would be made is written into the lowest folder that is there.
+    let made = folder.ancestors().take_while(|path| !is_there(path)).last();
+    Ok(made.map_or(Ok(()), atomic::check)?)
 }
 
 /// Refuses outputs that would overwrite one of the inputs or each other, or whose names say another format.
@@ -118,6 +121,26 @@ mod tests {
         let nowhere = folder.path().join("no").join("result.ply");
         assert!(said(&[output("--output", &nowhere, "ply")]).unwrap_err().contains("does not exist"));
         assert!(said(&[output("--output", folder.path(), "ply")]).unwrap_err().contains("is a folder"));
+    }
+
+    #[test]
+    fn a_folder_that_cannot_be_made_is_found_before_any_work() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        std::fs::write(&file, b"").unwrap();
+        let said = |folder: &Path| check_folder(folder, &["report.html"]).map_err(|e| e.to_string());
+        for fine in [folder.path().to_owned(), folder.path().join("new"), folder.path().join("new/below")] {
+            assert_eq!(said(&fine), Ok(()));
+            assert_eq!(fine.is_dir(), fine == folder.path(), "nothing is made");
+        }
+        assert_eq!(said(Path::new("not-there")), Ok(()));
+        for file in [file.clone(), file.join("below")] {
+            assert!(said(&file).unwrap_err().contains("is a file"), "{}", file.display());
+        }
+        #[cfg(target_os = "linux")]
+        for closed in ["/proc/new", "/proc/new/below"] {
+            assert!(said(Path::new(closed)).unwrap_err().contains("/proc/new"), "{closed}");
+        }
     }
 
     #[cfg(unix)]

@@ -55,10 +55,10 @@ fn told<'a>(findings: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<String> {
 /// Reads complete meshes that a model of the `shapes` is to approximate, each once.
 pub(super) fn targets(inputs: &[PathBuf], shapes: &[Mesh], unit: Unit) -> Result<Shapes, Failure> {
     let (paths, loaded) = read(inputs)?;
-    let mut sorted: Vec<&PathBuf> = paths.iter().collect();
-    sorted.sort();
-    if let Some(twice) = sorted.windows(2).find(|pair| pair[0] == pair[1]) {
-        return Err(format!("{}: given twice as a target: name it once", twice[0].display()).into());
+    let files: Vec<Option<PathBuf>> = paths.iter().map(|path| path.canonicalize().ok()).collect();
+    let twice = |number: &usize| files[*number].is_some() && files[..*number].contains(&files[*number]);
+    if let Some(twice) = (0..paths.len()).find(twice) {
+        return Err(format!("{}: given twice as a target: name it once", paths[twice].display()).into());
     }
     let mut found = Shapes { paths, meshes: Vec::new(), notes: Vec::new() };
     for (path, target) in found.paths.iter().zip(loaded) {
@@ -84,6 +84,7 @@ pub(super) fn aligned(
         align::Error::NoSurface(n) | align::Error::Turned(n) | align::Error::NoMatch { number: n, .. } => {
             named(paths, n, &error)
         }
+        align::Error::OddFirst { .. } => named(paths, 0, &error),
     })
 }
 

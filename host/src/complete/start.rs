@@ -4,14 +4,12 @@ use super::depth_rows::DepthScan;
 use super::{Error, Options};
 use crate::mesh::{Mesh, Point};
 use crate::points::{OrientedPoints, PackedPoints, thin_scan, thin_to};
-use crate::register::joint::signed_distance;
 use crate::register::{FEWEST_POINTS, Placed, Registration, centred, refine_hint, register};
 use lacuna::cloud::CAPACITY;
 use lacuna::corners::Weights;
 use lacuna::cube::Cube;
 use lacuna::pose_fit::Round;
-use lacuna::standing::CLUTTER;
-use lacuna::{Model, pose_fit, sample};
+use lacuna::{Model, Standing, pose_fit, sample};
 
 /// Points are this far apart, voxels; further where there would be more than [`CAPACITY`] of them.
 pub const CELL: f64 = 0.5;
@@ -160,8 +158,9 @@ fn voxels(placed: &Placed, p: &Point) -> [f32; 3] {
 /// Whether a place lies near the shape that was fitted with the pose. What is farther is clutter: the core leaves it out of
 /// the hull, too, but takes the pose from it.
 fn belongs(surface: &mut Cube<'_, '_>, place: [f32; 3]) -> bool {
-    let limit = CLUTTER * surface.model().header().scales.millimetre;
-    signed_distance(surface, place).is_some_and(|(distance, _)| distance.abs() <= limit)
+    let sample = surface.find(place).map(Cube::distance);
+    // Of clutter no normal is asked for.
+    sample.is_some() && Standing::from_sample(surface.model(), sample, [0.0; 3]) != Standing::Clutter
 }
 
 #[cfg(test)]

@@ -31,7 +31,7 @@ pub struct Verdict {
     pub evidence: Evidence,
 }
 
-/// What a completion is judged by. Lengths are in the scan's unit, but for those of `spread`, which are in class millimetres.
+/// What a completion is judged by. Lengths are in the model's unit, but for those of `spread`, which are in class millimetres.
 #[derive(Clone, Debug, Serialize)]
 pub struct Evidence {
     /// Share of the scan's points within two class millimetres of the fitted surface, of those near it.
@@ -220,7 +220,7 @@ fn size(scale: f64) -> Option<(Grade, String)> {
 }
 
 impl Evidence {
-    /// The verdict on it; `millimetre` is one class millimetre in the scan's unit, called `unit`.
+    /// The verdict on it; `millimetre` is one class millimetre in the model's unit, called `unit`.
     pub fn judged(self, millimetre: f64, unit: &str) -> Verdict {
         let mut findings = Findings { grade: Grade::Good, reasons: Vec::new() };
         self.judge_pose(&mut findings);

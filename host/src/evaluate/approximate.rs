@@ -14,7 +14,7 @@ use crate::train::prepared::Prepared;
 use crate::volume::sample;
 use lacuna::Model;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A model of figure 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -41,6 +41,27 @@ impl std::fmt::Display for Approximation {
             Self::Correspondence => "correspondence",
             Self::Floor => "floor",
         })
+    }
+}
+
+/// Where the approximations of a target by the models of a draw are written.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Names<'a> {
+    pub folder: &'a Path,
+    pub count: usize,
+    pub draw: usize,
+    pub target: &'a str,
+}
+
+impl Names<'_> {
+    fn path(&self, kind: Approximation) -> PathBuf {
+        let Self { folder, count, draw, target } = self;
+        folder.join(format!("{count}-{draw}-{target}-{kind}.ply"))
+    }
+
+    /// Whether all of them are there: the local one is written last.
+    pub fn are_complete(&self) -> bool {
+        self.path(Approximation::Local).is_file()
     }
 }
 
@@ -90,21 +111,23 @@ pub struct Models<'a> {
 const HULL_CELL: f64 = 0.4;
 
 impl Models<'_> {
-    /// Approximates a target by every model. With `surfaces`, a folder and the first part of the names, all
-    /// approximations are written there as PLY.
+    /// Approximates a target by every model. With `surfaces` all approximations are written there as PLY.
     pub fn scores(
         &self,
         target: &Target,
         settings: &Settings,
-        surfaces: Option<(&Path, &str)>,
+        surfaces: Option<Names<'_>>,
     ) -> Result<Scores, Error> {
+        let found = self.approximations(target, settings)?;
         let mut scores = Scores::new();
-        for (kind, surface) in self.approximations(target, settings)? {
-            let found: Option<Score> = score(&surface, &target.surface);
-            scores.insert(kind, found.ok_or_else(|| Error::NoResult(target.name.clone(), kind))?);
-            if let Some((folder, name)) = surfaces {
-                let file = folder.join(format!("{name}-{}-{kind}.ply", target.name));
-                io::write_ply(&file, &PlyOut::new(&surface))?;
+        for (kind, surface) in &found {
+            let score: Option<Score> = score(surface, &target.surface);
+            scores.insert(*kind, score.ok_or_else(|| Error::NoResult(target.name.clone(), *kind))?);
+        }
+        if let Some(names) = surfaces {
+            // The first one last: where it is, all are.
+            for (kind, surface) in found.iter().rev() {
+                io::write_ply(&names.path(*kind), &PlyOut::new(surface))?;
             }
         }
         Ok(scores)

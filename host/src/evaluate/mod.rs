@@ -27,7 +27,7 @@ pub use crate::score::{Score, score};
 use crate::sentence::sentence;
 use crate::train;
 use crate::train::prepared::Prepared;
-use approximate::Models;
+use approximate::{Models, Names};
 use digest::digest;
 pub use digest::digest_of as mesh_digest;
 use lacuna::Model;
@@ -71,8 +71,8 @@ pub struct Settings {
     pub method: Method,
     /// Also the models the local one is compared with: eq. (9), correspondences, the grid's floor.
     pub baselines: bool,
-    /// Where the surfaces go, if anywhere.
-    pub surfaces: Option<PathBuf>,
+    /// Whether the surfaces are written too ([`State::surfaces`]).
+    pub surfaces: bool,
     /// How models are trained.
     pub train: train::Settings,
 }
@@ -127,6 +127,8 @@ pub struct Outcome {
     pub records: Vec<Record>,
     /// Why targets could not be approximated, by target, each with its first reason.
     pub failed: BTreeMap<String, Error>,
+    /// The folder of the surfaces, where they were asked for.
+    pub surfaces: Option<PathBuf>,
 }
 
 /// Results as they come.
@@ -141,6 +143,8 @@ impl Progress<'_> {
     /// Keeps a result, or why a target has none. Any other error ends the evaluation.
     fn keep(&mut self, target: &str, result: Result<Record, Error>) -> Result<(), Error> {
         match result {
+            // It is there already where only its surfaces were missing.
+            Ok(record) if self.state.holds(record.count, record.draw, &record.target, record.digest) => {}
             Ok(record) => self.state.add(record)?,
             Err(error) if error.of_one_target() => {
                 self.failed.entry(target.into()).or_insert(error);
@@ -207,8 +211,9 @@ impl Evaluation {
         self.targets.iter().filter(other).map(|target| target.name.as_str())
     }
 
-    /// Does what is not in `state` yet, adds it there, and returns all results for the settings. A target that
-    /// cannot be approximated does not end it. `progress` hears of steps done and steps in all.
+    /// Does what is not in `state` yet, or has no surfaces though they are asked for, adds it there, and returns all results
+    /// for the settings. A target that cannot be approximated does not end it. `progress` hears of steps done and steps in
+    /// all.
     ///
     /// # Errors
     /// See [`Error`].
@@ -218,7 +223,8 @@ impl Evaluation {
         state: State,
         progress: &(dyn Fn(u64, u64) + Sync),
     ) -> Result<Outcome, Error> {
-        let jobs = self.jobs(settings, &state);
+        let surfaces = settings.surfaces.then(|| state.surfaces()).transpose()?;
+        let jobs = self.jobs(settings, &state, surfaces.as_deref());
         let results: usize = jobs.iter().map(|job| job.targets.len()).sum();
         let measured = self.shapes.len() as u64;
         let total = measured + results as u64;
@@ -227,13 +233,13 @@ impl Evaluation {
         if results > 0 {
             self.prepare(settings, &|done, _| progress(done, total))?;
             for job in &jobs {
-                self.work(settings, job, &found)?;
+                self.work(settings, job, surfaces.as_deref(), &found)?;
             }
         }
         let found = found.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
         let wanted = |r: &&Record| self.wants(settings, r);
         let records = found.state.records().iter().filter(wanted).cloned().collect();
-        Ok(Outcome { records, failed: found.failed })
+        Ok(Outcome { records, failed: found.failed, surfaces })
     }
 
     fn wants(&self, settings: &Settings, record: &Record) -> bool {
@@ -242,13 +248,17 @@ impl Evaluation {
             && self.targets.iter().any(|t| t.name == record.target && t.digest == record.digest)
     }
 
-    fn jobs(&self, settings: &Settings, state: &State) -> Vec<Job> {
+    fn jobs(&self, settings: &Settings, state: &State, surfaces: Option<&Path>) -> Vec<Job> {
         let mut jobs = Vec::new();
         for &count in &settings.counts {
             for draw in 0..draws(self.shapes.len(), count, settings.draws) {
                 let missing = |&t: &usize| {
                     let target = &self.targets[t];
-                    !state.holds(count, draw, &target.name, target.digest)
+                    let drawn = surfaces.is_none_or(|folder| {
+                        let names = Names { folder, count, draw, target: &target.name };
+                        names.are_complete()
+                    });
+                    !(drawn && state.holds(count, draw, &target.name, target.digest))
                 };
                 let targets = (0..self.targets.len()).filter(missing).collect();
                 jobs.push(Job { count, draw, targets });
@@ -269,7 +279,13 @@ impl Evaluation {
         Ok(())
     }
 
-    fn work(&self, settings: &Settings, job: &Job, found: &Mutex<Progress<'_>>) -> Result<(), Error> {
+    fn work(
+        &self,
+        settings: &Settings,
+        job: &Job,
+        surfaces: Option<&Path>,
+        found: &Mutex<Progress<'_>>,
+    ) -> Result<(), Error> {
         let prepared = &self.prepared[&settings.method.model_stride()];
         let members = draw(self.shapes.len(), job.count, job.draw, settings.seed);
         let bytes = prepared.model(&members)?;
@@ -289,11 +305,10 @@ impl Evaluation {
             model: &model,
             fitter: Fitter::new(&model, settings.method),
         };
-        let name = format!("{}-{}", job.count, job.draw);
         job.targets.par_iter().try_for_each(|&t| {
             let target = &self.targets[t];
-            let surfaces = settings.surfaces.as_ref().map(|folder| (folder.as_path(), name.as_str()));
-            let result = models.scores(target, settings, surfaces).map(|scores| Record {
+            let names = |folder| Names { folder, count: job.count, draw: job.draw, target: &target.name };
+            let result = models.scores(target, settings, surfaces.map(names)).map(|scores| Record {
                 count: job.count,
                 draw: job.draw,
                 target: target.name.clone(),

@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 /// The results of one kind of run.
 pub struct State {
     path: PathBuf,
+    surfaces: PathBuf,
     file: File,
     records: Vec<Record>,
 }
@@ -39,7 +40,20 @@ impl State {
         let (records, whole) = parse(&text);
         file.set_len(whole as u64).map_err(failed)?;
         file.seek(SeekFrom::End(0)).map_err(failed)?;
-        Ok(Self { path, file, records })
+        let surfaces = folder.join(format!("surfaces-{key:08x}"));
+        Ok(Self { path, surfaces, file, records })
+    }
+
+    /// The folder of the surfaces that belong to the results, made if need be.
+    ///
+    /// # Errors
+    /// A folder that cannot be written.
+    pub fn surfaces(&self) -> Result<PathBuf, Error> {
+        let path = self.surfaces.clone();
+        match std::fs::create_dir_all(&path) {
+            Ok(()) => Ok(path),
+            Err(cause) => Err(Error::Write { path, cause }),
+        }
     }
 
     /// Results so far.

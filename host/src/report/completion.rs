@@ -278,7 +278,7 @@ fn repeat(completion: &Completion, subject: &Subject<'_>) -> String {
         ("program", format!("lacuna {}", env!("CARGO_PKG_VERSION"))),
         ("scan", subject.scan.to_owned()),
         (
-            "scan as read",
+            "scan as used",
             format!(
                 "{} vertices, {} triangles, CRC-32 {:08x}",
                 subject.original.points.len(),

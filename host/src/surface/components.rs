@@ -1,7 +1,7 @@
 //! The connected pieces of a mesh or a cloud.
 
 use crate::cubes::{Cube, around, cube};
-use crate::mesh::{Mesh, Point};
+use crate::mesh::{Mesh, Point, bounds};
 use rustc_hash::FxHashMap;
 
 /// For each triangle the number of its piece; triangles that share a vertex, directly or through
@@ -46,10 +46,7 @@ fn cloud_components(points: &[Point], cell: f64) -> Vec<u32> {
 /// has points.
 fn cloud_cell(points: &[Point]) -> f64 {
     const GROWTH: f64 = 1.25;
-    let bounds = points.iter().fold(None, |bounds: Option<(Point, Point)>, p| {
-        Some(bounds.map_or((*p, *p), |(low, high)| (low.inf(p), high.sup(p))))
-    });
-    let extent = bounds.map_or(0.0, |(low, high)| (high - low).max());
+    let extent = bounds(points.iter().copied()).map_or(0.0, |(low, high)| (high - low).max());
     let mut cell = extent / (points.len().max(1) as f64).sqrt() / 2.0;
     let occupied = |cell: f64| {
         let mut cubes: FxHashMap<Cube, u32> = FxHashMap::default();

@@ -13,6 +13,7 @@ mod opening;
 mod quadric;
 mod rim;
 mod signs;
+mod specks;
 mod topology;
 
 pub use carry::{carry, carry_next_to_known};
@@ -25,6 +26,7 @@ pub use marching_cubes::{CLAMP, Volume, marching_cubes};
 pub use opening::open_rim;
 pub use quadric::{Moments, Quadric};
 pub use rim::trim_rim;
+pub use specks::specks;
 pub use topology::{Edge, Edges, boundary_edges, is_manifold};
 
 #[cfg(test)]

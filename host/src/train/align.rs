@@ -81,6 +81,17 @@ pub enum Error {
         /// What the best pose explains of it ([`Candidate::quality`]), 0 to 1.
         explained: f64,
     },
+    /// A first shape that most others match no pose of.
+    #[error(
+        "training shape 1, to which the others are aligned, is like few of them: {unlike} of {others} match no pose of it; \
+         is it of the same class?"
+    )]
+    OddFirst {
+        /// Shapes that match no pose.
+        unlike: usize,
+        /// All shapes but the first.
+        others: usize,
+    },
     /// A shape that matches inside out, counted from zero.
     #[error(
         "training shape {} could not be aligned: its triangles face the other way than those of the others; turn \
@@ -148,6 +159,11 @@ fn searched(
     let found: Vec<Result<_, Error>> = (1..shapes.len()).into_par_iter().map(search).collect();
     if let Some(number) = inside_out(shapes, prepared, &found, seed) {
         return Err(Error::Turned(number));
+    }
+    let (unlike, others) = (found.iter().filter(|result| result.is_err()).count(), found.len());
+    // Of two, nobody knows which is the odd one.
+    if others > 1 && 2 * unlike > others {
+        return Err(Error::OddFirst { unlike, others });
     }
     std::iter::once(Ok(Similarity3::identity())).chain(found).collect()
 }
@@ -258,10 +274,21 @@ fn prepared((mesh, side): (&Mesh, &Side)) -> Shape {
 mod tests {
     use super::*;
     use crate::check::alternatives::Alternative;
+    use crate::surface::shapes::sheet;
     use crate::synth::Head;
 
     fn refused(shapes: &[Mesh]) -> Error {
         align(shapes, Align::Auto, 1, &|_, _| ()).err().unwrap()
+    }
+
+    #[test]
+    fn the_odd_one_is_told_wherever_it_stands() {
+        let [a, b, c] = [0, 1, 2].map(|number| Head::sample(1, number).mesh());
+        let plane = sheet(30);
+        let first = refused(&[plane.clone(), a.clone(), b.clone(), c]);
+        assert!(matches!(first, Error::OddFirst { unlike: 3, others: 3 }), "{first}");
+        assert!(matches!(refused(&[a.clone(), b, plane.clone()]), Error::NoMatch { number: 2, .. }));
+        assert!(matches!(refused(&[a, plane]), Error::NoMatch { number: 1, .. }));
     }
 
     #[test]

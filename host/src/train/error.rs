@@ -3,6 +3,7 @@
 use super::choice::Size;
 use super::{Footprint, Limits};
 use crate::sentence::sentence;
+use crate::unit::digits;
 
 /// Why training is refused.
 #[derive(Debug, thiserror::Error)]
@@ -59,8 +60,8 @@ pub enum Error {
     NoBand,
     /// No plane the shapes are symmetric about.
     #[error(
-        "the shapes are not symmetric: their best mirror images lie {deviation:.3} off in the root mean square, at \
-         most {limit:.3} are allowed; train without --symmetric"
+        "the shapes are not symmetric: their best mirror images lie {} off in the root mean square, at most {} are \
+         allowed; train without --symmetric", digits(*deviation, 3), digits(*limit, 3)
     )]
     NotSymmetric {
         /// Root mean square distance of the mirror images, in the shapes' unit.

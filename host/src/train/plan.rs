@@ -7,6 +7,7 @@ use super::{Distances, Error, Settings, bounds, line_of_sight, pca, symmetry};
 use crate::class;
 use crate::distance::Surface;
 use crate::mesh::{Mesh, Vector};
+use crate::unit::digits;
 use crate::volume::{self, Lattice, Volume};
 use lacuna::Reach;
 use lacuna::format::{Header, PER_VOXEL, Scales, Unit};
@@ -210,11 +211,11 @@ impl Plan {
     /// How a model of this plan was made.
     fn made(&self) -> String {
         format!(
-            "lacuna {}; spacing {}; band -{:.3} to {:.3} and {} deviations; {} distances",
+            "lacuna {}; spacing {}; band -{} to {} and {} deviations; {} distances",
             env!("CARGO_PKG_VERSION"),
             self.lattice.spacing,
-            self.band.behind,
-            self.band.front,
+            digits(self.band.behind, 3),
+            digits(self.band.front, 3),
             self.band.spread,
             if self.distances == Distances::Exact { "exact" } else { "line of sight" }
         )

@@ -153,9 +153,7 @@ impl Case {
 
 /// From the model's frame to its voxels.
 pub fn voxel_pose(model: &Model<'_>) -> Pose {
-    let header = model.header();
-    let translation = header.origin.map(|o| -o / header.spacing);
-    Pose { scale: 1.0 / header.spacing, translation, ..Pose::IDENTITY }
+    Pose::in_frame_of(model.header(), Pose::IDENTITY.rotation, 1.0, [0.0; 3])
 }
 
 /// From a synthetic scan's frame to the model's voxels: what a perfect registration finds.

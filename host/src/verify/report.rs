@@ -2,6 +2,7 @@
 
 use super::Results;
 use crate::fit::Digests;
+use crate::quantile::quantile;
 use crate::unit;
 use lacuna::Model;
 use serde::Serialize;
@@ -128,7 +129,7 @@ impl Scale {
 fn comparison(stage: Stage, rungs: Rungs, mut differences: Vec<f64>, unmatched: usize) -> Comparison {
     differences.sort_unstable_by(f64::total_cmp);
     let compared = differences.len();
-    let median = differences.get(compared / 2).copied().unwrap_or(0.0);
+    let median = quantile(&differences, 0.5).unwrap_or(0.0);
     let worst = differences.last().copied().unwrap_or(0.0);
     Comparison { stage, rungs, compared, median, worst, unmatched }
 }

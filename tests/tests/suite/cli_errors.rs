@@ -286,6 +286,9 @@ fn images_that_a_description_names_poses_and_meshes_to_be_scanned_are_not_overwr
     let kept = |name: &str| std::fs::read(folder.path().join("a").join(name)).unwrap();
     let before = ["depth.png", "scan.json", "mesh.ply", "truth.ply"].map(kept);
     std::fs::copy(folder.path().join("a/scan.json"), folder.path().join("pose.ply")).unwrap();
+    let taken = refuses(folder.path(), &["complete", "a/mesh.ply", "-o", "a/depth.ply"]);
+    assert_says(&taken, &["a/depth.png is there", "--picture", "--no-picture"]);
+    assert_eq!(["depth.png", "scan.json", "mesh.ply", "truth.ply"].map(kept), before);
     let wrong: [&[&str]; 7] = [
         &["complete", "a/scan.json", "-o", "a/depth.ply"],
         &["complete", "a", "-o", "x.ply", "-p", "a/depth.png"],

@@ -146,9 +146,24 @@ fn without_counts_as_many_shapes_are_taken_as_there_are() {
 fn surfaces_are_written_on_request() {
     let folder = heads();
     succeeds(folder.path(), &with(&["--counts", "2", "--draws", "1", "--surfaces", "-o", "out"]));
-    let names = files(&folder.path().join("out/surfaces"));
+    let surfaces = |output: &str| {
+        let all = files(&folder.path().join(output));
+        let folders = all.into_iter().filter(|name| name.starts_with("surfaces-"));
+        folders.map(|name| files(&folder.path().join(output).join(name))).collect::<Vec<_>>()
+    };
+    let [names] = surfaces("out").try_into().expect("one folder");
     assert!(names.contains(&"2-0-shape_6-local.ply".into()), "{names:?}");
     assert_eq!(names.len(), 2 * 4);
+    // Results that are there already get theirs, and each method has its own.
+    let run = ["--counts", "2", "--draws", "1", "-o", "later"];
+    succeeds(folder.path(), &with(&run));
+    assert!(surfaces("later").is_empty());
+    let before = std::fs::read(folder.path().join("later/results.csv")).unwrap();
+    succeeds(folder.path(), &with(&[&run[..], &["--surfaces"]].concat()));
+    assert_eq!(surfaces("later"), [names]);
+    assert!(std::fs::read(folder.path().join("later/results.csv")).unwrap() == before, "no result twice");
+    succeeds(folder.path(), &with(&[&run[..], &["--surfaces", "--stride", "1"]].concat()));
+    assert_eq!(surfaces("later").len(), 2);
 }
 
 #[test]

@@ -52,6 +52,22 @@ fn global_weights(model: &Model<'_>, targets: &[i16]) -> Vec<f64> {
     fit.unwrap().run().to_vec()
 }
 
+#[test]
+fn modes_that_a_local_fit_is_not_told_begin_at_zero_whatever_was_in_the_memory() {
+    let model = model();
+    let schedule = Schedule::of(&model);
+    let targets = vec![0; model.voxels()];
+    let begun = |start: &[f64], left: i16| {
+        let mut buffers = Buffers::<Fixed>::new(&Sizes::required(&model, &schedule).unwrap());
+        buffers.weights.fill(left);
+        let workspace = buffers.memory().workspace;
+        LocalFit::new(&model, Hull::new(&targets), start, schedule, workspace).unwrap().weights().to_vec()
+    };
+    let mut all = vec![0.0; model.modes()];
+    all[..2].copy_from_slice(&[1.0, 2.0]);
+    assert_eq!(begun(&[1.0, 2.0], 9999), begun(&all, 0));
+}
+
 fn weights() -> impl Strategy<Value = Vec<f64>> {
     prop::collection::vec(-2.0..2.0, model().modes())
 }

@@ -399,6 +399,8 @@ fn a_device_with_a_damaged_model_says_so_and_refuses_all_else() {
     let mut client = Client::new(&line, TIMING);
     client.hello().unwrap();
     assert_eq!(client.info().unwrap().model, Err(Error::Damaged));
+    let again = client.ask(&Request::Hello { version: VERSION });
+    assert!(matches!(again, Ok(Reply::Hello { version: VERSION })), "{again:?}");
     for request in
         [Request::Begin(small().scan.begin), Request::Fit, Request::Status, Request::Distances { first: 0 }]
     {

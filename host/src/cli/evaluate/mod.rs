@@ -38,7 +38,7 @@ pub struct Evaluate {
     /// Random draws of the training shapes for each number
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=1000))]
     draws: u16,
-    /// Seed of the draws
+    /// Seed of the draws, and of the search for poses
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Where results, table and figure go
@@ -64,7 +64,7 @@ pub struct Evaluate {
     /// Instead of figure 2: every single departure from the paper, at the first of the counts
     #[arg(long, conflicts_with_all = ["method", "solver", "smooth", "radius", "stride", "kernel"])]
     ablation: bool,
-    /// Also write every new approximation as PLY, into the folder `surfaces` of the output
+    /// Also write every approximation as PLY, into a folder `surfaces-…` of the output, one for each method and its settings
     #[arg(long)]
     surfaces: bool,
 }
@@ -113,7 +113,7 @@ impl Evaluate {
             return self.ablate(&mut evaluation, &notes, (counts[0], common));
         }
         notes.extend(without_correspondence(&evaluation, &shapes.paths));
-        let Outcome { records, failed } =
+        let Outcome { records, failed, surfaces } =
             self.results(&mut evaluation, &self.settings(method, &counts), "evaluating")?;
         notes.extend(failed.values().map(evaluate::Error::to_string));
         notes.extend(missed(&records, limit).iter().map(|(name, rms)| self.miss(name, *rms)));
@@ -134,6 +134,7 @@ impl Evaluate {
             tell(&notes);
             say(&told::figure(&summary, self.unit));
             say(&format!("figure  {}", self.output.join(figure_file).display()));
+            surfaces.iter().for_each(|folder| say(&format!("surfaces  {}", folder.display())));
         }
         whole(failed.len())
     }
@@ -222,7 +223,7 @@ impl Evaluate {
             pose: self.pose,
             method,
             baselines: true,
-            surfaces: self.surfaces.then(|| self.output.join("surfaces")),
+            surfaces: self.surfaces,
             train: self.train_settings(),
         }
     }
@@ -235,10 +236,6 @@ impl Evaluate {
         what: &str,
     ) -> Result<Outcome, Failure> {
         let state = evaluation.open(settings, &self.output)?;
-        if let Some(folder) = &settings.surfaces {
-            std::fs::create_dir_all(folder)
-                .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;
-        }
         let progress = bar(0, what);
         let mut outcome = evaluation.run(settings, state, &|done, total| {
             progress.set_length(total);

@@ -9,7 +9,7 @@ mod lzf;
 use self::header::{Column, Data, Header, Kind};
 use super::Loaded;
 use super::error::{Fault, Problem};
-use super::finish::{finish, is_finite};
+use super::finish::finish;
 use super::text::{Lines, number, words};
 use crate::mesh::{Mesh, Point, Vector};
 
@@ -45,11 +45,8 @@ struct Cloud(Mesh);
 
 impl Cloud {
     fn add(&mut self, position: [f64; 3], normal: Option<[f64; 3]>) {
-        let point = Point::from(position);
-        if is_finite(&point) {
-            self.0.points.push(point);
-            self.0.normals.extend(normal.map(Vector::from));
-        }
+        self.0.points.push(Point::from(position));
+        self.0.normals.extend(normal.map(Vector::from));
     }
 }
 
