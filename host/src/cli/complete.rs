@@ -1,6 +1,6 @@
 //! `lacuna complete`.
 
-use super::completed::{Clutter, Completed, ExpectedError};
+use super::completed::{Clutter, Completed, ExpectedError, OnDevice};
 use super::inputs::{self, Subject};
 use super::outputs::{self, Output};
 use super::{Common, Failure, bar, say};
@@ -76,15 +76,16 @@ impl Complete {
         self.run_by(common, |model, start, options| {
             let fit = fit_here::<Fixed>(model, start, options.schedule);
             progress.finish_and_clear();
-            fit
+            Ok((fit?, None))
         })
     }
 
-    /// Runs the subcommand with a fit made by `fit`, here or on a device.
+    /// Runs the subcommand with a fit made by `fit`, here, or on a device of which it tells.
     pub fn run_by(
         &self,
         common: &Common,
-        fit: impl FnOnce(&Model<'_>, &Start, &Options<'_>) -> Result<Fit, complete::Error> + Send,
+        fit: impl FnOnce(&Model<'_>, &Start, &Options<'_>) -> Result<(Fit, Option<OnDevice>), complete::Error>
+        + Send,
     ) -> Result<(), Failure> {
         let bytes = self.subject.model_bytes()?;
         let model = self.subject.model(&bytes)?;
@@ -99,14 +100,19 @@ impl Complete {
             Some(image) => depth_rows::start(&model, scan, image, &options),
             None => complete::start(&model, scan, &options),
         };
+        let mut device = None;
+        let fit = |start: &Start| {
+            let (fit, told) = fit(&model, start, &options)?;
+            device = told;
+            Ok(fit)
+        };
         let mut completion =
-            complete_by(&model, &scan, &options, begin, |start| fit(&model, start, &options))
-                .map_err(|error| self.subject.named(&error))?;
+            complete_by(&model, &scan, &options, begin, fit).map_err(|error| self.subject.named(&error))?;
         let seconds = start.elapsed().as_secs_f64();
         self.advise(&model, &mut completion);
         self.write(&completion, &model, factor)?;
         self.write_report(&completion, &model, &scan, &notes)?;
-        self.tell(common, &completion, &model, (seconds, notes))
+        self.tell(common, &completion, &model, (seconds, notes, device))
     }
 
     /// After a pose that explains little: what would make the scan fit.
@@ -286,7 +292,7 @@ impl Complete {
         common: &Common,
         completion: &Completion,
         model: &Model<'_>,
-        (seconds, notes): (f64, Vec<String>),
+        (seconds, notes, device): (f64, Vec<String>, Option<OnDevice>),
     ) -> Result<(), Failure> {
         let kept = if self.keep_clutter { &completion.clutter.mesh } else { &Mesh::default() };
         let measured = completion.merged.labels.iter().filter(|&&l| l == MEASURED).count();
@@ -310,6 +316,7 @@ impl Complete {
             mirrored_voxels: completion.fit.mirrored(),
             buffer_bytes: completion.fit.buffer_bytes,
             digests: completion.fit.digests,
+            device,
             seconds,
             notes,
         };

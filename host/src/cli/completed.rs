@@ -3,11 +3,13 @@
 use crate::complete::Completion;
 use crate::complete::noise::Noise;
 use crate::complete::verdict::Verdict;
+use crate::device::Statistics;
 use crate::fit::Digests;
 use crate::uncertainty::Share;
 use crate::unit::digits;
 use lacuna::Model;
 use lacuna::format::Calibration;
+use lacuna::wire::message::{Count, Counters};
 
 /// A completion in numbers and names; the fields in this order are the JSON object.
 #[derive(serde::Serialize)]
@@ -33,8 +35,17 @@ pub struct Completed<'a> {
     pub mirrored_voxels: Option<usize>,
     pub buffer_bytes: usize,
     pub digests: Digests,
+    /// Null where the fit was made here.
+    pub device: Option<OnDevice>,
     pub seconds: f64,
     pub notes: Vec<String>,
+}
+
+/// What a fit on a device cost there, and what the line to it was like.
+#[derive(serde::Serialize)]
+pub struct OnDevice {
+    pub counters: Counters,
+    pub line: Statistics,
 }
 
 /// What of the scan is not part of the class; areas in the model's unit squared.
@@ -65,6 +76,7 @@ impl Completed<'_> {
         lines.extend(self.surface(symbol));
         lines.extend(self.fit());
         lines.extend(self.outputs());
+        lines.extend(self.device.iter().flat_map(OnDevice::lines));
         lines
     }
 
@@ -128,6 +140,28 @@ impl Completed<'_> {
         let report = self.report.iter().map(|path| format!("report          {path}"));
         [mesh].into_iter().chain(picture).chain(report).collect()
     }
+}
+
+impl OnDevice {
+    fn lines(&self) -> [String; 2] {
+        let Statistics { sent, repeated, sessions, .. } = self.line;
+        [
+            format!("device          {}", costs(&self.counters)),
+            format!("line            {sent} requests, {repeated} repeated, {sessions} sessions"),
+        ]
+    }
+}
+
+/// What the stages cost, by the device's own counter.
+pub fn costs(counters: &Counters) -> String {
+    let Counters { pose, hull, global, local, distances } = counters;
+    let stages =
+        [("pose", pose), ("hull", hull), ("global", global), ("local", local), ("distances", distances)];
+    let cost = |(name, count): (&str, &Count)| match count.work {
+        0 => format!("{name} {} steps", count.steps),
+        work => format!("{name} {:.1} M", work as f64 / 1e6),
+    };
+    stages.map(cost).join(", ")
 }
 
 impl Clutter {

@@ -221,3 +221,12 @@ fn what_cannot_be_evaluated_is_refused() {
         assert_eq!(lacuna(folder.path(), &with(usage)).status.code(), Some(2), "{usage:?}");
     }
 }
+
+#[test]
+fn a_target_by_two_names_is_one() {
+    let folder = heads();
+    let targets = ["targets/shape_6.ply", "targets/../targets/shape_6.ply"];
+    let said =
+        refuses(folder.path(), &[&["evaluate", "--train", "train", "--targets"], &targets[..]].concat());
+    assert!(said.contains("targets/../targets/shape_6.ply: given twice"), "{said}");
+}

@@ -1,8 +1,8 @@
 //! `lacuna device verify`.
 
-use super::complete::costs;
 use super::line::{self, AnyClient, Line};
 use super::{Common, Failure};
+use crate::cli::completed::costs;
 use crate::cli::{inputs, say};
 use crate::complete::start::Known;
 use crate::complete::{Options, Start, fit_here, prepare};

@@ -19,9 +19,10 @@ fn points() -> Vec<Point> {
 fn text_with_normals_and_other_fields_is_read() {
     let head = header("rgb x y z normal_x normal_y normal_z", "4 4 4 4 4 4 4", "U F F F F F F", 3, "ascii");
     assert!(is_pcd(head.as_bytes()));
-    let mesh =
-        parse(format!("{head}7 1 2 3 0 0 2\n8 nan nan nan 0 0 0\n9 -4 5.5 6 0 1 0\n").as_bytes()).unwrap();
+    let text = format!("{head}7 1 2 3 0 0 2\n8 nan nan nan 0 0 0\n9 -4 5.5 6 0 1 0\n");
+    let Loaded { mesh, repairs } = super::parse(text.as_bytes()).unwrap();
     assert_eq!((mesh.points, mesh.normals), (points(), vec![Vector::z(), Vector::y()]));
+    assert_eq!(repairs, ["1 vertex without finite coordinates left out"]);
 }
 
 #[test]
