@@ -29,7 +29,7 @@ pub(super) fn cases() -> Vec<Nasty> {
         case("binary.pcd", binary.clone(), Accepted(4, 0)),
         case("packed.pcd", packed(48, &literal), Accepted(4, 0)),
         case("nan.pcd", text.replacen("1 1 0", "nan nan nan", 1), Accepted(3, 0)),
-        case("all_nan.pcd", head(1, "ascii") + "nan nan nan\n", Refused("no vertices")),
+        case("all_nan.pcd", head(1, "ascii") + "nan nan nan\n", Refused("not finite")),
         case("cut.pcd", &binary[..binary.len() - 5], Refused("needs 48 bytes")),
         case("cut_text.pcd", head(9, "ascii") + SQUARE, Refused("POINTS says 9")),
         case("billions.pcd", head(4_000_000_000, "binary"), Refused("needs")),

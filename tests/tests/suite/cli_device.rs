@@ -1,6 +1,6 @@
 //! `lacuna device` against a device at a TCP address.
 
-use lacuna_tests::program::{json, refuses, succeeds};
+use lacuna_tests::program::{json, lacuna, refuses, succeeds};
 use lacuna_tests::tcp_device;
 use std::net::TcpListener;
 use tempfile::tempdir;
@@ -74,10 +74,15 @@ fn a_device_makes_the_points_of_a_depth_image_itself() {
 #[test]
 fn depth_rows_need_one_depth_image() {
     let folder = tempdir().unwrap();
-    let complaint = refuses(folder.path(), &["complete", "--depth-rows"]);
+    let misused = |arguments: &[&str]| {
+        let output = lacuna(folder.path(), arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    let complaint = misused(&["complete", "--depth-rows"]);
     assert!(complaint.contains("--depth-rows goes with a depth PNG or a scan.json"), "{complaint}");
     synthetic(folder.path(), "stitched");
-    let complaint = refuses(folder.path(), &["complete", "scan", "--depth-rows", "--flip"]);
+    let complaint = misused(&["complete", "scan", "--depth-rows", "--flip"]);
     assert!(complaint.contains("--flip does not go with --depth-rows"), "{complaint}");
     let complaint = refuses(folder.path(), &["complete", "scan", "--depth-rows"]);
     assert!(complaint.contains("has 3 views, --depth-rows takes one: name its PNG file"), "{complaint}");
