@@ -258,7 +258,7 @@ pub struct Counters {
     pub global: Count,
     /// The local fit.
     pub local: Count,
-    /// Distances computed for replies.
+    /// Distances computed for replies since then, however often they were asked for.
     pub distances: Count,
 }
 

@@ -63,7 +63,7 @@ pub struct Complete {
     /// scan.json with one
     #[arg(long)]
     depth_rows: bool,
-    /// Keep the previous weights for a heavy-ball term instead of varying the step lengths
+    /// Keep the previous weights for a heavy-ball term instead of varying the step lengths (a device needs memory for them)
     #[arg(long)]
     momentum: bool,
 }

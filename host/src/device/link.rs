@@ -36,7 +36,7 @@ impl Link for TcpStream {
 
     fn receive(&mut self, bytes: &mut [u8], patience: Duration) -> io::Result<usize> {
         self.set_read_timeout(Some(patience.max(Duration::from_millis(1))))?;
-        received(self.read(bytes))
+        received(|| self.read(bytes))
     }
 }
 
@@ -52,16 +52,19 @@ impl Link for Serial {
 
     fn receive(&mut self, bytes: &mut [u8], patience: Duration) -> io::Result<usize> {
         self.0.set_timeout(patience.max(Duration::from_millis(1)))?;
-        received(self.0.read(bytes))
+        received(|| self.0.read(bytes))
     }
 }
 
-/// Silence is no error, the end of the line is one.
-fn received(result: io::Result<usize>) -> io::Result<usize> {
-    match result {
-        Ok(0) => Err(ErrorKind::UnexpectedEof.into()),
-        Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock) => Ok(0),
-        other => other,
+/// Silence is no error, the end of the line is one. A program that was stopped and goes on reads again.
+fn received(mut read: impl FnMut() -> io::Result<usize>) -> io::Result<usize> {
+    loop {
+        return match read() {
+            Ok(0) => Err(ErrorKind::UnexpectedEof.into()),
+            Err(error) if error.kind() == ErrorKind::Interrupted => continue,
+            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock) => Ok(0),
+            other => other,
+        };
     }
 }
 
@@ -90,4 +93,22 @@ pub fn tcp(address: &str) -> io::Result<TcpStream> {
         }
     }
     Err(last)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_read_that_was_interrupted_is_done_again_silence_is_nothing_and_the_end_an_error() {
+        let answers = |answers: &[io::Result<usize>]| {
+            let mut left = answers.iter().map(|a| a.as_ref().copied().map_err(|error| error.kind().into()));
+            received(|| left.next().expect("one read more than answers")).map_err(|error| error.kind())
+        };
+        let failed = |kind: ErrorKind| Err(kind.into());
+        assert_eq!(answers(&[failed(ErrorKind::Interrupted), failed(ErrorKind::Interrupted), Ok(7)]), Ok(7));
+        assert_eq!(answers(&[failed(ErrorKind::TimedOut)]), Ok(0));
+        assert_eq!(answers(&[failed(ErrorKind::Interrupted), Ok(0)]), Err(ErrorKind::UnexpectedEof));
+        assert_eq!(answers(&[failed(ErrorKind::ConnectionReset)]), Err(ErrorKind::ConnectionReset));
+    }
 }

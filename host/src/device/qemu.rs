@@ -1,7 +1,8 @@
 //! A firmware in QEMU, started on the spot.
 
 use super::Link;
-use std::io::{self, ErrorKind};
+use std::fs::File;
+use std::io::{self, ErrorKind, Read};
 use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -31,6 +32,14 @@ pub enum Error {
     )]
     NoFirmware {
         /// Where it was looked for.
+        path: PathBuf,
+        /// Its package.
+        folder: &'static str,
+    },
+    /// A file that is no program, or one for other processors.
+    #[error("{} is no firmware for {folder}: give the ELF file that is built in targets/{folder}", .path.display())]
+    OtherFirmware {
+        /// The file.
         path: PathBuf,
         /// Its package.
         folder: &'static str,
@@ -98,6 +107,16 @@ impl Machine {
         }
     }
 
+    /// Whether a file is a program for its kind of processor, by the head of the ELF format.
+    fn runs(self, path: &Path) -> io::Result<bool> {
+        const ARM: u16 = 40;
+        const RISCV: u16 = 243;
+        let mut head = Vec::new();
+        File::open(path)?.take(20).read_to_end(&mut head)?;
+        let processor = if matches!(self, Self::Riscv) { RISCV } else { ARM };
+        Ok(head.starts_with(b"\x7fELF") && head.ends_with(&processor.to_le_bytes()))
+    }
+
     /// Where its firmware is built, from the workspace's folder.
     fn firmware(self) -> PathBuf {
         let family = if matches!(self, Self::Riscv) { "riscv" } else { "cortex" };
@@ -115,6 +134,9 @@ impl Qemu {
         let path = firmware.map_or_else(|| machine.firmware(), Path::to_path_buf);
         if !path.is_file() {
             return Err(Error::NoFirmware { path, folder: machine.folder() });
+        }
+        if !machine.runs(&path)? {
+            return Err(Error::OtherFirmware { path, folder: machine.folder() });
         }
         let (program, board) = machine.emulator();
         let program = find(program).ok_or(Error::NoQemu(program))?;

@@ -107,7 +107,11 @@ fn info_names_machine_and_model() {
     let folder = tempdir().unwrap();
     let address = tcp_device::start(lacuna_fixtures::MODEL);
     let info = json(folder.path(), &["device", "info", "--json", "--tcp", &address]);
-    assert_eq!((&info["machine"], &info["model"]["Ok"]["class"]), (&"test".into(), &"head".into()));
+    assert_eq!((&info["machine"], &info["refused"]), (&"test".into(), &serde_json::Value::Null));
+    let inspected = json(folder.path(), &["inspect", "--json"]);
+    for field in ["class", "checksum", "unit", "modes", "voxels"] {
+        assert_eq!(info["model"][field], inspected[field], "{field}");
+    }
     let text = succeeds(folder.path(), &["device", "info", "--tcp", &address]);
     assert!(text.contains("machine         test") && text.contains("40000 points"), "{text}");
 }
@@ -124,6 +128,14 @@ fn a_device_that_is_not_there_is_named() {
     assert!(complaint.contains("/no/such/port"), "{complaint}");
     let complaint = refuses(folder.path(), &["device", "info", "--qemu", "m7", "--firmware", "nothing.elf"]);
     assert!(complaint.contains("there is no firmware at nothing.elf"), "{complaint}");
+    std::fs::write(folder.path().join("text.elf"), "no program, but long enough for its head").unwrap();
+    let complaint = refuses(folder.path(), &["device", "info", "--qemu", "m7", "--firmware", "text.elf"]);
+    assert!(complaint.contains("text.elf is no firmware for m7"), "{complaint}");
+    for of_another in [["--firmware", "nothing.elf"], ["--baud", "9600"]] {
+        let output =
+            lacuna(folder.path(), &[&["device", "info", "--tcp", &address], &of_another[..]].concat());
+        assert_eq!(output.status.code(), Some(2), "{output:?}");
+    }
 }
 
 #[test]

@@ -6,6 +6,8 @@ use crate::cli::say;
 use crate::device::refusal;
 use crate::unit::symbol;
 use lacuna::wire::Refusal;
+use lacuna::wire::message;
+use serde_json::{Value, json};
 
 /// Show what the device is and what model it holds.
 #[derive(clap::Args)]
@@ -20,7 +22,7 @@ impl Info {
         let mut client = self.line.open()?;
         let info = client.info()?;
         if common.json {
-            say(&serde_json::to_string_pretty(&info)?);
+            say(&serde_json::to_string_pretty(&told(&info))?);
             return Ok(());
         }
         say(&format!("machine         {}, core {}", info.machine, info.core));
@@ -42,4 +44,28 @@ impl Info {
         }
         Ok(())
     }
+}
+
+/// The same as one object; checksum and unit as `inspect --json` has them. Without a model it is null, and `refused` tells why.
+fn told(info: &message::Info<'_>) -> Value {
+    let model = info.model.ok().map(|model| {
+        json!({
+            "class": model.class,
+            "checksum": format!("{:08x}", model.checksum),
+            "modes": model.modes,
+            "spacing": model.spacing,
+            "unit": symbol(model.unit),
+            "voxels": model.voxels,
+        })
+    });
+    json!({
+        "machine": info.machine,
+        "core": info.core,
+        "max_points": info.max_points,
+        "ram": info.ram,
+        "flash": info.flash,
+        "max_message": info.max_message,
+        "model": model,
+        "refused": info.model.err().map(|error| refusal(&Refusal::Core(error))),
+    })
 }

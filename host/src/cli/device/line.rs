@@ -28,10 +28,10 @@ pub struct Line {
     #[command(flatten)]
     address: Address,
     /// Bits per second of the serial port
-    #[arg(long, default_value_t = 115_200, requires = "serial")]
+    #[arg(long, default_value_t = 115_200, conflicts_with_all = ["tcp", "qemu"])]
     baud: u32,
     /// The firmware for QEMU [default: the one built in targets/]
-    #[arg(long, value_name = "ELF", requires = "qemu")]
+    #[arg(long, value_name = "ELF", conflicts_with_all = ["tcp", "serial"])]
     firmware: Option<PathBuf>,
 }
 
