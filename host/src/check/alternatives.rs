@@ -42,7 +42,9 @@ impl Alternative {
 
     fn advice(self) -> &'static str {
         match self {
-            Self::Flipped => "with its triangles the other way round it would fit: --flip turns them",
+            Self::Flipped => {
+                "with its triangles (of a cloud, its normals) the other way round it would fit: --flip turns them"
+            }
             Self::Mirrored => {
                 "its mirror image would fit: is it the other side of the body, or was an axis \
                  reversed in the export?"

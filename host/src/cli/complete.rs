@@ -6,7 +6,7 @@ use super::outputs::{self, Output};
 use super::{Common, Failure, bar, say};
 use crate::check::alternatives;
 use crate::complete::merge::MEASURED;
-use crate::complete::verdict::Grade;
+use crate::complete::verdict::{DOUBTFUL, Grade};
 use crate::complete::{
     self, Completion, GivenPose, Options, Start, complete_by, depth_rows, fit_here, picture, zero_level,
 };
@@ -118,8 +118,15 @@ impl Complete {
     /// After a pose that explains little: what would make the scan fit.
     fn advise(&self, model: &Model<'_>, completion: &mut Completion) {
         let verdict = &mut completion.verdict;
-        if verdict.grade == Grade::Reject && self.pose.is_none() && self.pose_hint.is_none() {
-            let explained = verdict.evidence.explained();
+        let explained = verdict.evidence.explained();
+        let given = [("--pose", &self.pose), ("--pose-hint", &self.pose_hint)];
+        let given = given.into_iter().find(|(_, pose)| pose.is_some());
+        if let Some((option, _)) = given.filter(|_| verdict.grade == Grade::Reject && explained < DOUBTFUL) {
+            verdict
+                .reasons
+                .push(format!("the pose was given: is {option} right? Without it one is searched for"));
+        }
+        if verdict.grade == Grade::Reject && given.is_none() {
             verdict.reasons.extend(alternatives::advice(
                 model,
                 &completion.scan,

@@ -184,7 +184,8 @@ pub fn complete_by(
     let merged = merge::merge(&whole, &measured.surface, &limits);
     let clutter = Clutter::of(&scan, &merged.mesh, APART * unit);
     let cues = fitted.cues(model, &scan, &merged);
-    let expected = Expected::new(&cues, model, placed.pose.scale);
+    let left = noise.map_or(0.0, |noise| noise.after as f32);
+    let expected = Expected::new(&cues, model, placed.pose.scale, left);
     let expected_shares = shares(&expected.errors, &|v| merged.labels[v] == MEASURED);
     let [_, inferred] = expected_shares;
     let vague = inferred.filter(|_| expected.calibrated).map(|inferred| inferred.median);

@@ -41,14 +41,17 @@ pub struct Share {
 }
 
 impl Expected {
-    /// The errors of a mesh with these cues; `scale` is voxels a scan unit.
-    pub fn new(cues: &[Cue], model: &Model<'_>, scale: f32) -> Self {
+    /// The errors of a mesh with these cues; `scale` is voxels a scan unit. `noise` (scan units) is left in the scan: no measured
+    /// vertex is expected to be nearer, for of a scan with much noise only what lies near the shape is taken to be measured.
+    pub fn new(cues: &[Cue], model: &Model<'_>, scale: f32, noise: f32) -> Self {
         let calibration = model.calibration();
         let constants = calibration.copied().unwrap_or_else(|| of_faces(model.header().scales.millimetre));
         let misfit = misfit(cues);
-        let errors = cues.iter().map(|cue| expected(&constants, cue, misfit) / scale).collect();
+        let least = |cue: &Cue| if cue.measured { noise } else { 0.0 };
+        let errors =
+            cues.iter().map(|cue| (expected(&constants, cue, misfit) / scale).max(least(cue))).collect();
         let hidden = cues.first().map_or(0.0, |cue| cue.hidden);
-        let noise = measured(&constants, misfit, hidden) / scale;
+        let noise = (measured(&constants, misfit, hidden) / scale).max(noise);
         Self { errors, noise, hidden: hidden / scale, calibrated: calibration.is_some() }
     }
 }
@@ -128,12 +131,14 @@ mod tests {
         let cues = [cue(true, 0.0), cue(false, 9.0), cue(true, 0.0)];
         assert!((misfit(&cues) - 0.2).abs() < 1e-6);
         let model = Model::from_bytes(lacuna_fixtures::VERSIONS[0].model).expect("a model of version 1");
-        let found = Expected::new(&cues, &model, 0.5);
+        let found = Expected::new(&cues, &model, 0.5, 0.0);
         assert!((found.errors[0] - 0.95 * 0.2 / 0.5).abs() < 1e-6 && !found.calibrated);
         assert_eq!(found.errors[0], found.noise);
-        let stitched = Expected::new(&cues.map(|cue| Cue { hidden: 0.3, ..cue }), &model, 0.5);
+        let stitched = Expected::new(&cues.map(|cue| Cue { hidden: 0.3, ..cue }), &model, 0.5, 0.0);
         let grown = |i: usize| stitched.errors[i] * stitched.errors[i] - found.errors[i] * found.errors[i];
         assert!((0..3).all(|i| (grown(i) - 0.36).abs() < 1e-4) && stitched.noise == stitched.errors[0]);
+        let noisy = Expected::new(&cues, &model, 0.5, 2.0);
+        assert_eq!((noisy.errors[0], noisy.errors[1], noisy.noise), (2.0, found.errors[1], 2.0));
         let [measured, inferred] = shares(&found.errors, &|v| cues[v].measured);
         assert!(measured.unwrap().p95 < inferred.unwrap().median);
         assert_eq!(shares(&[], &|_| true), [None, None]);
