@@ -122,9 +122,8 @@ impl Complete {
         let given = [("--pose", &self.pose), ("--pose-hint", &self.pose_hint)];
         let given = given.into_iter().find(|(_, pose)| pose.is_some());
         if let Some((option, _)) = given.filter(|_| verdict.grade == Grade::Reject && explained < DOUBTFUL) {
-            verdict
-                .reasons
-                .push(format!("the pose was given: is {option} right? Without it one is searched for"));
+            let told = format!("the pose was given: is {option} right? Without it one is searched for");
+            verdict.reasons.insert(0, told);
         }
         if verdict.grade == Grade::Reject && given.is_none() {
             verdict.reasons.extend(alternatives::advice(

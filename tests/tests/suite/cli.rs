@@ -204,3 +204,16 @@ fn inspect_writes_the_constants_that_firmware_is_built_with() {
     }
     assert_eq!(text.lines().filter(|line| line.starts_with("pub const")).count(), sizes.named().len());
 }
+
+#[test]
+fn of_a_wrong_pose_that_was_given_the_first_reason_is_that() {
+    let folder = tempdir().unwrap();
+    let turned = "[[1, 0, 0, 0], [0, 0.6, -0.8, 0], [0, 0.8, 0.6, 0], [0, 0, 0, 1]]";
+    std::fs::write(folder.path().join("pose.json"), turned).unwrap();
+    for option in ["--pose", "--pose-hint"] {
+        let report = json(folder.path(), &["complete", option, "pose.json", "--no-picture", "--json"]);
+        let reason = &report["verdict"]["reasons"][0];
+        let told = format!("the pose was given: is {option} right?");
+        assert!(reason.as_str().is_some_and(|reason| reason.starts_with(&told)), "{option}: {report}");
+    }
+}
