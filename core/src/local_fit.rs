@@ -1,7 +1,7 @@
 //! The local fit: every node has its own weight vector, eqs. (14)-(16) made to converge.
 //!
-//! Over the hull's voxels n, those near the surface (3/4 of a voxel behind it, 5/8 in front) and one in four of the others, with trilinear
-//! weights φ_jn to their eight nodes j, and B a box mean over the nodes:
+//! Over the hull's voxels n, those near the surface (3/4 of a voxel behind it, 5/8 in front) and one in four of the
+//! others, with trilinear weights φ_jn to their eight nodes j, and B a box mean over the nodes:
 //!
 //! ```text
 //! d_j  = Σ_n φ_jn W_n Σ_k g_k b'_kn²                                  curvature

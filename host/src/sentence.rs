@@ -69,12 +69,26 @@ fn option(name: OptionName) -> String {
             let [least, most] = [Reach::LEAST_LATERAL, Reach::MOST_LATERAL].map(voxels);
             return format!("the hull's reach sideways is out of range: {least} to {most} voxels");
         }
-        OptionName::Ridge => "a ridge is not from 0.001 to 1000: correct it",
+        OptionName::Ridge => "a ridge is not a positive number: correct it",
         OptionName::Step => "a step length of the local fit is not within 0 to 1024: correct it",
         OptionName::CloudStep => {
             "the step of the points' coordinates is not a positive number: pack them again"
         }
-        OptionName::Misfit => "a misfit scale of the pose's rounds is not a positive number: correct it",
+        OptionName::Misfit => "a misfit scale of the pose's rounds is not from 0.001 to 1000: correct it",
     };
     text.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_are_told_of_the_option_that_has_them() {
+        let said = |name| sentence("the model", &Error::Option(name));
+        let misfit = said(OptionName::Misfit);
+        assert!(misfit.contains("misfit scale") && misfit.contains("from 0.001 to 1000"), "{misfit}");
+        let ridge = said(OptionName::Ridge);
+        assert!(ridge.contains("ridge") && ridge.contains("positive number"), "{ridge}");
+    }
 }

@@ -335,12 +335,12 @@ impl Complete {
     }
 }
 
-/// What the file says about itself.
 /// What the first comment of a completed mesh begins with.
 const COMPLETED: &str = "completed by lacuna";
 /// Within so many bytes it is there.
 const HEADER: u64 = 256;
 
+/// What the file says about itself.
 fn comments(completion: &Completion, model: &Model<'_>) -> Vec<String> {
     let (version, class) = (env!("CARGO_PKG_VERSION"), model.header().class);
     let mut comments = vec![
