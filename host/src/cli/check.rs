@@ -3,6 +3,7 @@
 use super::{Common, Failure, inputs, say, shapes};
 use crate::check::{self, Checked, Finding, Severity, alternatives};
 use crate::complete::clean::clean;
+use crate::complete::layers;
 use crate::complete::noise::widest;
 use crate::complete::verdict::{self, Grade};
 use crate::io::{Loaded, depth};
@@ -115,7 +116,11 @@ impl Check {
             Ok(found) => {
                 let note = |text| Finding { severity: Severity::Note, text };
                 let scale = found.placed.size(model);
-                let odd = verdict::of_pose(&found, scale);
+                let millimetre = found.placed.class_millimetre(model);
+                let layers = layers::apart(&checked.mesh, widest(model)).and_then(|apart| {
+                    verdict::in_layers(apart, millimetre, unit::symbol(model.header().unit))
+                });
+                let odd = verdict::of_pose(&found, scale).chain(layers);
                 let finding = |(grade, text)| if grade == Grade::Reject { refused(text) } else { note(text) };
                 checked.findings.extend(odd.map(finding));
                 let advice = alternatives::advice_on(model, &scan, self.seed, &found);

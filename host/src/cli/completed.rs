@@ -108,6 +108,9 @@ impl Completed<'_> {
             let [before, after] = [before, after].map(|noise| digits(noise, 2));
             format!("noise           {before} {symbol} in the scan, {after} after smoothing (--keep-noise keeps it)")
         }));
+        lines.extend(evidence.layers.map(|apart| {
+            format!("two layers      {} {symbol} apart, where views overlap", digits(apart, 2))
+        }));
         lines.extend(self.clutter.line(symbol));
         if let Some(mirrored) = self.mirrored_voxels.filter(|&mirrored| mirrored > 0) {
             lines.push(format!(

@@ -74,12 +74,14 @@ impl<'m> Fitted<'m> {
         drawn
     }
 
-    /// What is known at each vertex of the completed mesh about its error.
-    pub fn cues(&self, model: &Model<'_>, scan: &Mesh, merged: &Merged) -> Vec<Cue> {
+    /// What is known at each vertex of the completed mesh about its error, where views of the scan are so many of its units
+    /// apart.
+    pub fn cues(&self, model: &Model<'_>, scan: &Mesh, layers: Option<f64>, merged: &Merged) -> Vec<Cue> {
         let Some(posterior) = &self.posterior else { return vec![] };
-        let views = hidden::error(&self.points.normals) * model.header().scales.millimetre;
-        let between =
-            coarse::error(scan, self.placed.class_millimetre(model)) as f32 * self.placed.pose.scale;
+        let unit = self.placed.class_millimetre(model);
+        let layers = layers.map(|apart| apart / unit);
+        let views = hidden::error(&self.points.normals, layers) * model.header().scales.millimetre;
+        let between = coarse::error(scan, unit) as f32 * self.placed.pose.scale;
         cues(posterior, &self.placed, merged, libm::hypotf(views, between))
     }
 

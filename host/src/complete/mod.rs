@@ -10,6 +10,7 @@ pub mod depth_rows;
 pub mod diffusion;
 pub mod extrapolate;
 pub mod fitted;
+pub mod layers;
 pub mod level;
 pub mod measured;
 pub mod merge;
@@ -17,6 +18,7 @@ mod neighbourhoods;
 pub mod noise;
 pub mod picture;
 pub mod pieces;
+mod places;
 pub mod prepared;
 pub mod start;
 pub mod unfold;
@@ -167,6 +169,7 @@ pub fn complete_by(
     begin: impl FnOnce(&Mesh) -> Result<Start, Error>,
     fit: impl FnOnce(&Start) -> Result<Fit, Error> + Send,
 ) -> Result<Completion, Error> {
+    let layers = layers::apart(scan, noise::widest(model));
     let Prepared { scan, specks, noise, start } = prepare_by(model, scan, options, begin)?;
     let (measured, fitted) = rayon::join(|| scan_surface(&scan, model), || fitted(model, &start, fit));
     let (measured, (fit, fitted, [global, local])) = (measured?, fitted?);
@@ -183,13 +186,13 @@ pub fn complete_by(
     let limits = Limits { motion: MOTION * unit, sideways: measured.sideways, step: STEP * unit };
     let merged = merge::merge(&whole, &measured.surface, &limits);
     let clutter = Clutter::of(&scan, &merged.mesh, APART * unit);
-    let cues = fitted.cues(model, &scan, &merged);
+    let cues = fitted.cues(model, &scan, layers, &merged);
     let left = noise.map_or(0.0, |noise| noise.after as f32);
     let expected = Expected::new(&cues, model, placed.pose.scale, left);
     let expected_shares = shares(&expected.errors, &|v| merged.labels[v] == MEASURED);
     let [_, inferred] = expected_shares;
     let vague = inferred.filter(|_| expected.calibrated).map(|inferred| inferred.median);
-    let verdict = judge(model, &start, (&fitted, &fit), &merged, (agreement, vague));
+    let verdict = judge(model, &start, (&fitted, &fit), &merged, (agreement, vague, layers));
     Ok(Completion {
         scan,
         measured,
@@ -225,7 +228,7 @@ fn judge(
     start: &Start,
     (fitted, fit): (&Fitted<'_>, &Fit),
     merged: &Merged,
-    (agreement, expected): (Agreement, Option<f64>),
+    (agreement, expected, layers): (Agreement, Option<f64>, Option<f64>),
 ) -> Verdict {
     let (mut inferred, mut total) = (0.0, 0.0);
     for (t, corners) in merged.mesh.triangles.iter().enumerate() {
@@ -249,6 +252,7 @@ fn judge(
         exactness,
         spread: fitted.posterior.as_ref().and_then(spread),
         expected,
+        layers,
     }
     .judged(placed.class_millimetre(model), unit::symbol(model.header().unit))
 }

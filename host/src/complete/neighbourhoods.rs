@@ -74,8 +74,15 @@ impl<'a> Neighbourhoods<'a> {
         }
     }
 
-    /// The quadrics around a point.
-    fn quadrics(&self, i: usize) -> Quadrics {
+    /// The points around one that face its way, in a disc of about as many points as are asked for.
+    pub fn disc(&self, i: usize, points: f64) -> impl Iterator<Item = [f64; 3]> {
+        let radius = self.radii.iter().find(|&r| points * self.radii[0] * self.radii[0] <= POINTS * r * r);
+        let reach = radius.unwrap_or(&self.radii[WIDTHS - 1]).powi(2);
+        self.around(i).offsets.into_iter().filter(move |[u, v, _]| u * u + v * v <= reach)
+    }
+
+    /// What is around a point.
+    fn around(&self, i: usize) -> Around {
         let here = &self.scan.points[i];
         let mut near: Vec<(f64, &Member)> = Vec::new();
         let widest = self.radii[WIDTHS - 1];
@@ -83,12 +90,17 @@ impl<'a> Neighbourhoods<'a> {
         let normal = self.facing(i, &near);
         let across = Vector::ith(normal.iamin(), 1.0).cross(&normal).normalize();
         let axes = [across, normal.cross(&across), normal];
+        let same = near.iter().filter(|(_, near)| near.normal.dot(&normal) > 0.0);
+        let offset = |near: &Member| axes.map(|axis| (near.point - here).dot(&axis));
+        Around { axes, offsets: same.map(|(_, near)| offset(near)).collect() }
+    }
+
+    /// The quadrics around a point.
+    fn quadrics(&self, i: usize) -> Quadrics {
+        let Around { axes, offsets } = self.around(i);
         // Each point in the narrowest neighbourhood that it is in; a wider one has those of the narrower ones.
         let mut rings = [Moments::default(); WIDTHS];
-        let same = near.iter().filter(|(_, near)| near.normal.dot(&normal) > 0.0);
-        for (_, near) in same {
-            let offset = near.point - here;
-            let [u, v, h] = axes.map(|axis| offset.dot(&axis));
+        for [u, v, h] in offsets {
             let within = |radius: &f64| u * u + v * v <= radius * radius;
             if let Some(ring) = self.radii.iter().position(within) {
                 rings[ring].add(u, v, h);
@@ -171,6 +183,14 @@ impl Cells {
             }
         }
     }
+}
+
+/// The points around one that face its way.
+struct Around {
+    /// Across and along the surface, and the way that it faces.
+    axes: [Vector; 3],
+    /// From the point, along these.
+    offsets: Vec<[f64; 3]>,
 }
 
 /// The quadrics around a point, from narrow to wide.

@@ -9,14 +9,14 @@
 //! Points far closer together than the model's voxels are merged: without noise before this, else after it.
 
 use super::neighbourhoods::{Move, Neighbourhoods};
+use super::places::Places;
 use super::unfold::unfold;
 use crate::cubes::cube;
-use crate::mesh::{Mesh, Vector};
+use crate::mesh::Mesh;
 use crate::quantile::median;
 use crate::surface::clustered;
 use lacuna::Model;
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
 use serde::Serialize;
 
 /// Widest neighbourhood, voxels: its radius. (1 and 1.5 on faces: noise of 1.5 mm leaves 0.29 and 0.25 mm in meshes, 0.41
@@ -52,8 +52,8 @@ pub fn reduce(scan: &mut Mesh, widest: f64) -> Option<Noise> {
         return None;
     }
     let places = Places::of(scan);
+    let samples = places.samples(SAMPLES);
     let (mut facing, used) = (places.facing, places.used);
-    let samples: Vec<usize> = used.iter().step_by(used.len().div_ceil(SAMPLES).max(1)).copied().collect();
     let mut around = Neighbourhoods::new((scan, &facing), &used, &samples, widest)?;
     let before = around.noise(&samples)?;
     let finest = widest / FINEST;
@@ -87,64 +87,12 @@ pub fn reduce(scan: &mut Mesh, widest: f64) -> Option<Noise> {
     Some(Noise { before, after })
 }
 
-/// Where a scan's points are: triangles that share no vertices have copies of each.
-struct Places {
-    /// The first of the points at each point's place; the point itself where it is not used.
-    first: Vec<usize>,
-    /// First points of places at which the surface faces one way.
-    used: Vec<usize>,
-    /// The way that it faces there, of unit length; elsewhere the point's own.
-    facing: Vec<Vector>,
-}
-
-impl Places {
-    fn of(scan: &Mesh) -> Self {
-        // Of a mesh it is the triangles that are used, whatever normals its file gives.
-        let mut facing = if scan.is_cloud() { scan.vertex_normals() } else { scan.normals_of_triangles() };
-        let mut sums: FxHashMap<[u64; 3], (usize, Vector, f64)> = FxHashMap::default();
-        let mut first = Vec::with_capacity(facing.len());
-        for (i, (point, normal)) in scan.points.iter().zip(&facing).enumerate() {
-            // 0 and -0 are one place.
-            let place = point.coords.map(|c| (c + 0.0).to_bits()).into();
-            let (at, sum, count) = sums.entry(place).or_insert((i, Vector::zeros(), 0.0));
-            (*sum, *count) = (*sum + normal, *count + 1.0);
-            first.push(*at);
-        }
-        let mut used = Vec::with_capacity(sums.len());
-        for (at, sum, count) in sums.into_values() {
-            // Two sides of a sheet without thickness face both ways.
-            if sum.norm() > 0.5 * count {
-                facing[at] = sum.normalize();
-                used.push(at);
-            }
-        }
-        used.sort_unstable();
-        for (i, at) in first.iter_mut().enumerate() {
-            if used.binary_search(at).is_err() {
-                *at = i;
-            }
-        }
-        Self { first, used, facing }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::Point;
-    use crate::surface::shapes::sheet;
+    use crate::mesh::{Point, Vector};
+    use crate::surface::shapes::{noisy, sheet};
     use rand::{RngExt, SeedableRng};
-
-    /// A sheet of 60 by 60 points at heights, with noise of a standard deviation along z.
-    fn noisy(height: impl Fn(f64, f64) -> f64, deviation: f64) -> Mesh {
-        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(5);
-        let mut normal = || (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
-        let mut mesh = sheet(60);
-        for p in &mut mesh.points {
-            p.z = height(p.x, p.y) + deviation * normal();
-        }
-        mesh
-    }
 
     /// Root mean square height over `height`, and the largest, five points and more from the rim.
     fn off(mesh: &Mesh, height: impl Fn(f64, f64) -> f64) -> [f64; 2] {

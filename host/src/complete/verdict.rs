@@ -61,6 +61,8 @@ pub struct Evidence {
     pub spread: Option<Spread>,
     /// Median expected error of the inferred surface; none where nothing is inferred or the model is not calibrated.
     pub expected: Option<f64>,
+    /// How far apart the scan's points are where they lie in two layers, root mean square; none where they do not.
+    pub layers: Option<f64>,
 }
 
 /// Least share of the points near the model that a pose must explain. Nine scans of faces: 0.93 to 0.99, a raw
@@ -96,6 +98,8 @@ const UNLIKE_ANY: f64 = 0.5;
 /// Distance of the fit from the measured surface, class millimetres rms, from which that is told: nine scans 0.11 at most, a
 /// raw head 0.27.
 const MISSED: f64 = 1.0;
+/// Distance of two layers of a scan from which that is told, class millimetres: of views that fit together none is seen.
+const LAYERS: f64 = 1.0;
 /// Root mean square weight, standard deviations, from which a shape is none of the class: nine scans 1.0 at most.
 const ODD: f64 = 4.0;
 /// Share of inferred surface from which that is told: 0.69 at most in nine scans of faces.
@@ -219,6 +223,16 @@ fn size(scale: f64) -> Option<(Grade, String)> {
     })
 }
 
+/// What is to be said about a scan whose points lie in two layers, so far apart; none where they are nearly one.
+/// `millimetre` is one class millimetre in the scan's unit, called `unit`.
+pub fn in_layers(apart: f64, millimetre: f64, unit: &str) -> Option<(Grade, String)> {
+    let text = format!(
+        "the points lie in two layers, {} {unit} apart: were the views aligned, did anything move?",
+        digits(apart, 1)
+    );
+    (apart > LAYERS * millimetre).then_some((Grade::Check, text))
+}
+
 impl Evidence {
     /// The verdict on it; `millimetre` is one class millimetre in the model's unit, called `unit`.
     pub fn judged(self, millimetre: f64, unit: &str) -> Verdict {
@@ -282,6 +296,7 @@ impl Evidence {
             Grade::Check,
             format!("the fit misses the measured surface by {} {unit} rms", digits(self.seen_rms, 2)),
         );
+        findings.extend(self.layers.and_then(|apart| in_layers(apart, millimetre, unit)));
         findings.add(
             self.weight_norm >= UNUSUAL,
             if self.weight_norm > ODD { Grade::Reject } else { Grade::Check },
@@ -334,6 +349,7 @@ mod tests {
             exactness: Some(0.8),
             spread: Some(Spread { turn: 0.5, surface: 2.4 }),
             expected: Some(2.5),
+            layers: None,
         }
     }
 
@@ -346,6 +362,9 @@ mod tests {
         let vague = Evidence { expected: Some(4.5), ..typical() };
         assert_eq!(vague.clone().judged(1.0, "mm").grade, Grade::Check);
         assert_eq!(vague.judged(2.0, "mm").grade, Grade::Good, "a class twice as large");
+        let layers = Evidence { layers: Some(1.5), ..typical() };
+        assert_eq!(layers.clone().judged(1.0, "mm").grade, Grade::Check);
+        assert_eq!(layers.judged(2.0, "mm").grade, Grade::Good, "a class twice as large");
         let upside_down = Evidence { pose_inliers: [0.99, 0.98], ..typical() }.judged(1.0, "mm");
         assert_eq!((upside_down.grade, upside_down.reasons.len()), (Grade::Check, 1), "or not: a mug");
         let scene = Evidence { pose_inliers: [0.6, 0.2], ..typical() };

@@ -20,17 +20,27 @@ pub struct Moments {
     squares: f64,
 }
 
-/// What a fit tells at u = v = 0.
+/// What a fit tells, at u = v = 0 unless it says otherwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quadric {
     /// Its height.
     pub height: f64,
     /// How it grows along u and v.
     pub slope: [f64; 2],
+    /// The terms of the second degree: c₃, c₄, c₅.
+    pub curvature: [f64; 3],
     /// Variance of that height, in variances of the points' heights.
     pub share: f64,
     /// Variance of the points' heights about it.
     pub variance: f64,
+}
+
+impl Quadric {
+    /// Its height over (u, v).
+    pub fn at(&self, u: f64, v: f64) -> f64 {
+        let ([a, b], [aa, ab, bb]) = (self.slope, self.curvature);
+        self.height + a * u + b * v + aa * u * u + ab * u * v + bb * v * v
+    }
 }
 
 /// Where the sum of uᵃ vᵇ is.
@@ -94,7 +104,8 @@ impl Moments {
         let left = (self.squares - terms.dot(&right)).max(0.0);
         let share = normal.solve(&SVector::<f64, 6>::ith(0, 1.0))[0];
         let variance = left / (count - TERMS.len() as f64);
-        let found = Quadric { height: terms[0], slope: [terms[1], terms[2]], share, variance };
+        let (slope, curvature) = ([terms[1], terms[2]], [terms[3], terms[4], terms[5]]);
+        let found = Quadric { height: terms[0], slope, curvature, share, variance };
         (found.height.is_finite() && share > 0.0).then_some(found)
     }
 }
@@ -117,8 +128,14 @@ mod tests {
                 moments.add(u, v, at);
             }
             let found = moments.fit(0.0).unwrap();
-            prop_assert!((found.height - terms[0]).abs() < 1e-9);
-            prop_assert!((found.slope[0] - terms[1]).abs() < 1e-9 && (found.slope[1] - terms[2]).abs() < 1e-9);
+            let of: [f64; 6] = std::array::from_fn(|i| match i {
+                0 => found.height,
+                1 | 2 => found.slope[i - 1],
+                _ => found.curvature[i - 3],
+            });
+            prop_assert!(of.iter().zip(terms).all(|(a, b)| (a - b).abs() < 1e-9), "{of:?}");
+            let at: f64 = TERMS.iter().zip(terms).map(|(&[a, b], t)| t * 2f64.powi(a as i32) * (-3f64).powi(b as i32)).sum();
+            prop_assert!((found.at(2.0, -3.0) - at).abs() < 1e-7);
             prop_assert!(found.variance < 1e-9);
         }
     }

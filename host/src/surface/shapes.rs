@@ -2,6 +2,7 @@
 
 use super::{Volume, marching_cubes};
 use crate::mesh::{Mesh, Point};
+use rand::{RngExt, SeedableRng};
 
 /// A ball about (1/2, 1/4, 1/8) in a grid of n^3 unit voxels around the origin.
 pub fn ball(n: usize, radius: f64) -> Mesh {
@@ -21,6 +22,17 @@ pub fn sheet(n: u32) -> Mesh {
     let corners = (0..n * (n - 1)).filter(|i| i % n < n - 1);
     let triangles = corners.flat_map(|i| [[i, i + 1, i + n + 1], [i, i + n + 1, i + n]]).collect();
     Mesh { points, normals: Vec::new(), triangles }
+}
+
+/// A sheet of 60 by 60 points at heights, with noise of a standard deviation along z.
+pub fn noisy(height: impl Fn(f64, f64) -> f64, deviation: f64) -> Mesh {
+    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(5);
+    let mut normal = || (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
+    let mut mesh = sheet(60);
+    for p in &mut mesh.points {
+        p.z = height(p.x, p.y) + deviation * normal();
+    }
+    mesh
 }
 
 /// Two meshes as one.

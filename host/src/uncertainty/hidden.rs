@@ -3,9 +3,11 @@
 //! Views are put beside each other with an error of their own, which neighbouring points share: a fit follows it. The scan
 //! then lies as near to the fitted surface as one view does, and nothing in it tells of the error but that there were
 //! several views. The amount is not learned: it is that of the [simulated scanner](crate::synth::ScannerSettings), of
-//! which training makes its scans, by shifts and turns together.
+//! which training makes its scans, by shifts and turns together. Views that were aligned worse lie apart where they
+//! [overlap](crate::complete::layers): two that err alike, each by σ, by √2 σ.
 
 use crate::mesh::Vector;
+use std::f64::consts::FRAC_1_SQRT_2;
 
 /// One sigma of what views are off beside each other, class millimetres.
 const STITCHING: f32 = 0.11;
@@ -14,9 +16,11 @@ const AWAY: f64 = 0.02;
 /// Rounds of the search.
 const ROUNDS: usize = 30;
 
-/// What a scan with these normals is off without showing it, class millimetres.
-pub fn error(normals: &[Vector]) -> f32 {
-    if stitched(normals) { STITCHING } else { 0.0 }
+/// What a scan with these normals is off without showing it, whose views lie so far apart where they overlap; both in class
+/// millimetres.
+pub fn error(normals: &[Vector], layers: Option<f64>) -> f32 {
+    let stitching = if stitched(normals) { STITCHING } else { 0.0 };
+    stitching.max((layers.unwrap_or(0.0) * FRAC_1_SQRT_2) as f32)
 }
 
 /// Whether normals are those of several views. One view shows what faces it: there is a direction that its normals have an
@@ -45,7 +49,14 @@ mod tests {
         let head = Head::sample(1, 5).mesh();
         for (kind, several) in [(Kind::Front, false), (Kind::Side, false), (Kind::Stitched, true)] {
             let made = scan(&head, kind, &ScannerSettings::small(), 2);
-            assert_eq!(stitched(&made.points.normals), several, "{kind:?}");
+            let normals = &made.points.normals;
+            assert_eq!(stitched(normals), several, "{kind:?}");
+            let least = if several { STITCHING } else { 0.0 };
+            assert_eq!(
+                [None, Some(0.1)].map(|layers| error(normals, layers)),
+                [least, least.max(0.070_710_68)]
+            );
+            assert_eq!(error(normals, Some(2.0)), std::f32::consts::SQRT_2);
         }
     }
 

@@ -13,6 +13,7 @@ mod exact_pose;
 mod fuzz_regressions;
 mod golden;
 mod kill;
+mod layers;
 mod memory;
 mod model;
 mod nasty;
