@@ -14,6 +14,7 @@
 //! and not through it: an ear whose measured front lies farther back has its back farther back as well, which is the
 //! opposite deviation.
 
+use super::behind::{self, Deep};
 use super::dense::Dense;
 use super::unsettled::unsettled;
 use crate::mesh::Point;
@@ -29,22 +30,32 @@ const HOLD: f32 = 0.05;
 const ROUNDS: usize = 40;
 
 /// Diffuses the deviation of `local` from `global` out of the measured voxels; `points` are the scan's, in voxels.
-/// `scan` tells its own distance at a voxel, where it has one; where the fit did not settle, which a node spreads over
+/// `scan` tells its own distance at a voxel, where it has one. It is taken at measured voxels around what is `behind` the
+/// fit, to which the deviations beside are drawn. Where the fit did not settle, which a node spreads over
 /// `reach` voxels, measured voxels take that and all others nothing of what was fitted. Returns which voxels are measured.
 pub fn diffuse(
     local: &mut Dense,
     global: &Dense,
     points: &[Point],
     reach: usize,
+    behind: &[Deep],
     scan: impl Fn(usize) -> Option<f32> + Sync,
 ) -> Vec<bool> {
     let mut measured = local.mark(points, 1, |voxel, point| (voxel - point).norm() <= NEAR);
-    let unsettled = unsettled(local, global, &mut measured, reach, scan);
+    let unsettled = unsettled(local, global, &mut measured, reach, &scan);
     let deviation = |(i, (l, g)): (usize, (&f32, &f32))| {
         // Not simply zero: where one of both is unknown, so is the deviation.
         if unsettled[i] && !measured[i] { (l - g) * 0.0 } else { l - g }
     };
-    let fitted: Vec<f32> = local.values.iter().zip(&global.values).enumerate().map(deviation).collect();
+    let mut fitted: Vec<f32> = local.values.iter().zip(&global.values).enumerate().map(deviation).collect();
+    for i in behind::draw(&mut fitted, local.sides, behind) {
+        let own = scan(i).filter(|_| measured[i]);
+        // What is not measured there follows what is.
+        measured[i] = own.is_some();
+        if let Some(own) = own {
+            (local.values[i], fitted[i]) = (own, own - global.values[i]);
+        }
+    }
     let hold = |i: usize| if unsettled[i] { 0.0 } else { HOLD };
     let free: Vec<usize> = (0..fitted.len()).filter(|&i| !fitted[i].is_nan() && !measured[i]).collect();
     let directions: Vec<[f32; 3]> = (0..fitted.len()).into_par_iter().map(|i| global.direction(i)).collect();
@@ -96,7 +107,7 @@ mod tests {
         let points: Vec<Point> =
             (0..8 * N).map(|i| Point::new((i % 8) as f64, (i / 8) as f64, 11.5)).collect();
         let before = local.values.clone();
-        diffuse(&mut local, &global, &points, 5, |_| None);
+        diffuse(&mut local, &global, &points, 5, &[], |_| None);
         let at = |x: usize, y: usize| (11 * N + y) * N + x;
         (0..8).for_each(|x| assert_eq!(local.values[at(x, 12)], before[at(x, 12)]));
         let deviations: Vec<f32> =
@@ -114,7 +125,7 @@ mod tests {
         let (global, mut local) = (sheet(11.5), sheet(11.0));
         let points: Vec<Point> =
             (0..N * N).map(|i| Point::new((i % N) as f64, (i / N) as f64, 12.0)).collect();
-        diffuse(&mut local, &global, &points, 5, |_| None);
+        diffuse(&mut local, &global, &points, 5, &[], |_| None);
         let back = |field: &Dense| {
             let at = |z: usize| field.values[(z * N + 12) * N + 12];
             let z = (2..12).rev().find(|&z| at(z) >= 0.0).expect("a back");
@@ -128,7 +139,7 @@ mod tests {
     fn unknown_voxels_stay_unknown() {
         let mut local = field(|[x, ..]| if x == 5 { f32::NAN } else { x as f32 });
         let global = field(|[x, ..]| if x == 5 { f32::NAN } else { 0.9 * x as f32 });
-        diffuse(&mut local, &global, &[], 5, |_| None);
+        diffuse(&mut local, &global, &[], 5, &[], |_| None);
         assert!((0..N * N * N).all(|i| local.values[i].is_nan() == (i % N == 5)));
     }
 }

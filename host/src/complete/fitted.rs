@@ -5,10 +5,10 @@ use super::dense::Dense;
 use super::extrapolate::extrapolated;
 use super::merge::Merged;
 use super::start::Start;
-use super::{diffusion, level};
+use super::{behind, diffusion, level};
 use crate::distance::Surface;
 use crate::fit::Fit;
-use crate::mesh::{Mesh, Point};
+use crate::mesh::{Mesh, Point, Vector};
 use crate::points::OrientedPoints;
 use crate::register::{Placed, joint};
 use crate::uncertainty::posterior::Posterior;
@@ -20,6 +20,9 @@ use lacuna::{Model, Standing};
 
 /// How far from the scan its own distances are looked up, voxels.
 const OWN_REACH: f64 = 2.0;
+
+/// A point that lies farther inside the fitted surface than this is drawn to, class millimetres.
+const DEEP: f32 = 4.0;
 
 /// What the core's fit says about the scan's points.
 pub struct Fitted<'m> {
@@ -65,7 +68,11 @@ impl<'m> Fitted<'m> {
         // A voxel hears of the nodes around it, and they reach as far again.
         let reach = 2 * usize::from(model.header().stride);
         let own = |i: usize| self.global.measured(i, scan, &self.placed, near);
-        let measured = diffusion::diffuse(&mut drawn, &self.global, &voxels, reach, own);
+        let normals = self.points.normals.iter().map(|n| centred.pose.rotate(n.map(|c| c as f32).into()));
+        let oriented = voxels.iter().copied().zip(normals.map(|n| Vector::from(n.map(f64::from))));
+        let deep = f64::from(DEEP * model.header().scales.millimetre);
+        let behind = behind::deep_points([&self.global, &self.local], oriented, deep);
+        let measured = diffusion::diffuse(&mut drawn, &self.global, &voxels, reach, &behind, own);
         if let Some(posterior) = &self.posterior {
             let deviations = level::deviations(&drawn, posterior);
             level::level(&mut drawn, &deviations, &measured);

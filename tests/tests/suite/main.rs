@@ -1,6 +1,7 @@
 //! Everything but `on_target`, in one program: one to link instead of thirty, and its tests keep all processors busy.
 //! `cargo test --release --test suite quality` runs those of one file.
 
+mod behind;
 mod cli;
 mod cli_check;
 mod cli_device;
