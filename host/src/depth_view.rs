@@ -5,6 +5,7 @@
 //! x to the right and y down; pixel centres are at integers, 0 is "not measured". The view's
 //! matrix takes it into the scan frame.
 
+mod gaps;
 mod grid;
 
 use crate::mesh::Point;

@@ -83,13 +83,15 @@ impl Subject {
                 Usage("--flip does not go with --depth-rows: depth images face their camera".into()).into()
             );
         }
-        let views = io::depth::read(path)?;
-        let [view] = views.as_slice() else {
+        let mut views = io::depth::read(path)?;
+        let [view] = views.as_mut_slice() else {
             let (path, number) = (path.display(), views.len());
             return Err(
                 format!("{path} has {number} views, --depth-rows takes one: name its PNG file").into()
             );
         };
+        // As for its mesh, which the pose is found for.
+        view.fill_gaps();
         DepthImage::new(view, self.factor(model)).map_err(|what| format!("{}: {what}", path.display()).into())
     }
 

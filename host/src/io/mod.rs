@@ -86,7 +86,7 @@ pub fn read_scan(path: &Path) -> Result<Mesh, Error> {
 /// As for [`read_scan`].
 pub fn read_scan_noted(path: &Path) -> Result<Loaded, Error> {
     if depth::is_depth(path) {
-        return depth::merge(&depth::read(path)?).map_err(|fault| fault.in_file(path));
+        return depth::merge(depth::read(path)?).map_err(|fault| fault.in_file(path));
     }
     read_noted(path)
 }

@@ -95,20 +95,27 @@ fn load_view(folder: &Path, description: &Description, view: &View) -> Result<De
     description.join(view, image).map_err(|fault| fault.in_file(&png))
 }
 
-/// All views as one mesh of overlapping sheets in the scan frame.
+/// All views as one mesh of overlapping sheets in the scan frame, those with many gaps without these.
 ///
 /// Neighbouring pixels whose depths differ by more than [`DepthView::jump_mm`] are not joined.
 ///
 /// # Errors
 /// If there is not a single triangle.
-pub fn merge(views: &[DepthView]) -> Result<Loaded, Fault> {
+pub fn merge(views: Vec<DepthView>) -> Result<Loaded, Fault> {
     let mut all = Mesh::default();
-    for view in views {
+    let mut filled = 0;
+    for mut view in views {
+        filled += view.fill_gaps();
         all.append(&view.mesh(view.jump_mm()));
     }
     if all.triangles.is_empty() {
         let what = "no three neighbouring pixels are measured; check the depth images and depth_unit_mm";
         return Err(Problem::Other(what.into()).in_whole());
     }
-    finish(all)
+    let note = format!(
+        "{filled} pixels between measured ones were not measured, and were filled in from those beside them"
+    );
+    let mut loaded = finish(all)?;
+    loaded.repairs.extend((filled > 0).then_some(note));
+    Ok(loaded)
 }

@@ -1,7 +1,7 @@
 use std::fs;
 
 use super::*;
-use crate::io::read_scan;
+use crate::io::{read_scan, read_scan_noted};
 use crate::mesh::Point;
 
 const JSON: &str = r#"{ "name": "by hand", "camera": { "fx": 2.0, "fy": 4.0, "cx": 1, "cy": 0.5,
@@ -124,8 +124,16 @@ fn impossible_image_sizes_are_errors_before_anything_is_reserved() {
 
 #[test]
 fn a_scan_without_a_surface_is_refused() {
-    let folder = folder(JSON, &[("depth.png", png(3, 2, &[1, 0, 1, 0, 1, 0]))]);
+    let folder = folder(JSON, &[("depth.png", png(3, 2, &[1, 0, 0, 0, 0, 1]))]);
     assert!(read_scan(folder.path()).unwrap_err().to_string().contains("no three neighbouring pixels"));
+}
+
+#[test]
+fn pixels_that_are_filled_in_are_told() {
+    let folder = folder(JSON, &[("depth.png", png(3, 2, &[8, 0, 10, 8, 0, 10]))]);
+    let Loaded { mesh, repairs } = read_scan_noted(folder.path()).unwrap();
+    assert_eq!((mesh.points.len(), mesh.triangles.len()), (6, 4));
+    assert!(repairs[0].starts_with("2 pixels between measured ones were not measured"), "{repairs:?}");
 }
 
 #[test]
