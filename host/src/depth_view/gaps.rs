@@ -132,7 +132,11 @@ mod tests {
         assert_eq!(wide.fill_gaps(), 0);
         let mut behind = slope(|_, v| v % 2 == 0);
         // A wall 2.4 m behind, beside the middle.
-        behind.depth.iter_mut().enumerate().for_each(|(i, d)| *d *= if i / SIDE % 4 == 0 { 7 } else { 1 });
+        behind
+            .depth
+            .iter_mut()
+            .enumerate()
+            .for_each(|(i, d)| *d *= if (i / SIDE).is_multiple_of(4) { 7 } else { 1 });
         assert_eq!(behind.fill_gaps(), 0);
         assert_eq!(DepthView { depth: vec![], width: 0, height: 0, ..slope(|_, _| true) }.fill_gaps(), 0);
     }
