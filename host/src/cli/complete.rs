@@ -11,7 +11,7 @@ use crate::complete::{
     self, Completion, GivenPose, Options, Start, complete_by, depth_rows, fit_here, picture, zero_level,
 };
 use crate::fit::Fit;
-use crate::io::{self, PlyOut};
+use crate::io::{self, COMPLETED, PlyOut};
 use crate::mesh::Mesh;
 use crate::{report, unit};
 use lacuna::{Fixed, Model, Schedule};
@@ -335,9 +335,7 @@ impl Complete {
     }
 }
 
-/// What the first comment of a completed mesh begins with.
-const COMPLETED: &str = "completed by lacuna";
-/// Within so many bytes it is there.
+/// Within so many bytes of a completed mesh its first comment is.
 const HEADER: u64 = 256;
 
 /// What the file says about itself.

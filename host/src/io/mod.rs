@@ -38,7 +38,7 @@ use std::path::Path;
 
 pub use error::{Error, Fault, Place, Problem};
 pub use format::{Format, parse, parse_noted};
-pub use ply_out::{PlyOut, write_ply};
+pub use ply_out::{COMPLETED, PlyOut, write_ply};
 pub(crate) use weld::Weld;
 
 use crate::mesh::Mesh;

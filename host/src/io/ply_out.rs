@@ -8,6 +8,9 @@ use super::error::{Error, Problem};
 use super::finish::is_finite;
 use crate::mesh::Mesh;
 
+/// What the first comment of a completed mesh begins with.
+pub const COMPLETED: &str = "completed by lacuna";
+
 /// What goes into a PLY file. All slices have one entry a vertex.
 ///
 /// ```

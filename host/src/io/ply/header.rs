@@ -1,6 +1,7 @@
 //! The header of a PLY file: which elements follow, and how they are laid out.
 
 use super::scalar::Kind;
+use crate::io::COMPLETED;
 use crate::io::error::{Fault, Problem, export_again};
 use crate::io::text::{quote, words};
 
@@ -22,6 +23,8 @@ pub(super) struct Header {
     pub length: usize,
     /// Lines of it.
     pub lines: usize,
+    /// Whether a comment says that this is a completed mesh.
+    pub completed: bool,
 }
 
 /// A table of the file.
@@ -61,7 +64,8 @@ impl Header {
         }
         let encoding =
             draft.encoding.ok_or_else(|| export_again("the header has no \"format\" line").in_whole())?;
-        Ok(Header { encoding, elements: draft.elements, length: cursor.at, lines: cursor.lines })
+        let Draft { elements, completed, .. } = draft;
+        Ok(Header { encoding, elements, length: cursor.at, lines: cursor.lines, completed })
     }
 
     /// The number of vertices, wherever in the file they are.
@@ -97,13 +101,18 @@ impl<'a> Cursor<'a> {
 struct Draft {
     encoding: Option<Encoding>,
     elements: Vec<Element>,
+    completed: bool,
 }
 
 impl Draft {
     fn line(&mut self, line: &[u8]) -> Result<(), Problem> {
         let words: Vec<_> = words(line).collect();
         match words.as_slice() {
-            [] | [b"comment" | b"obj_info", ..] => Ok(()),
+            [b"comment", text @ ..] => {
+                self.completed |= text.join(&b' ').starts_with(COMPLETED.as_bytes());
+                Ok(())
+            }
+            [] | [b"obj_info", ..] => Ok(()),
             [b"format", name, b"1.0"] => self.format(name),
             [b"element", name, count] => self.element(name, count),
             [b"property", b"list", length, kind, name] => self.property(Some(length), kind, name),

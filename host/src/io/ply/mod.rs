@@ -54,5 +54,8 @@ fn body<'a>(header: &Header, mut source: impl Source<'a>) -> Result<Loaded, Faul
             _ => rows::skip(&mut source, element)?,
         }
     }
-    finish(mesh)
+    let mut loaded = finish(mesh)?;
+    let note = "this is a completed mesh: what was inferred of it counts as measured";
+    loaded.repairs.extend(header.completed.then(|| note.into()));
+    Ok(loaded)
 }

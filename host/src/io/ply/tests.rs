@@ -196,3 +196,14 @@ fn files_without_vertices_positions_or_indices_say_so() {
     let tables = format!("element vertex 1\n{XYZ}\nelement face 1\nproperty int a");
     assert!(ascii(&tables, "0 0 0\n1").unwrap_err().problem.to_string().contains("vertex_indices"));
 }
+
+#[test]
+fn a_completed_mesh_is_told() {
+    let of = |comment: &str| {
+        let text =
+            String::from_utf8(header("ascii", &format!("element vertex 1\n{XYZ}"))).unwrap() + "1 2 3\n";
+        super::parse(text.replace("by hand", comment).as_bytes()).unwrap().repairs
+    };
+    assert!(of("completed by lacuna 0.1.0 with the class face")[0].starts_with("this is a completed mesh"));
+    assert_eq!(of("not completed by lacuna"), [""; 0]);
+}
