@@ -20,11 +20,15 @@ const BESIDE: f64 = 8.0;
 /// How far from the surfaces, the scan's and the fitted one, distances change, voxels.
 const AROUND: f64 = 3.0;
 /// A fit that is nearer to a point than this has followed it, voxels.
-const SETTLED: f64 = 0.5;
+pub const SETTLED: f64 = 0.5;
 /// So many of them within [`TOGETHER`], itself among them, make a point one of a surface and no stray.
 const FEWEST: usize = 8;
 /// Voxels.
 const TOGETHER: f64 = 4.0;
+/// A point that is so near to the line from a deep one along its normal, voxels,
+const OPENING: f64 = 1.5;
+/// and farther along it than this share of the depth, is in front: then the deep one is what was measured wrongly.
+const HIDING: f64 = 0.5;
 
 /// A point of the scan behind the fitted surface, voxels.
 pub struct Deep {
@@ -35,20 +39,21 @@ pub struct Deep {
     depth: f64,
 }
 
-/// Those of the points, each with its normal, in voxels, that lie more than `deep` voxels behind the global fit and that the
-/// local one has not followed.
-pub fn deep_points(
-    [global, local]: [&Dense; 2],
-    points: impl Iterator<Item = (Point, Vector)>,
-    deep: f64,
-) -> Vec<Deep> {
-    let found = |(place, normal): (Point, Vector)| {
+/// Those of the points, each with its normal, in voxels, that lie more than `deep` voxels behind the global fit, that the
+/// local one has not followed, and that no other point is in front of.
+pub fn deep_points([global, local]: [&Dense; 2], points: &[(Point, Vector)], deep: f64) -> Vec<Deep> {
+    let found = |&(place, normal): &(Point, Vector)| {
         let (distance, gradient) = global.at(&place)?;
         let missed = local.at(&place).is_some_and(|(distance, _)| distance.abs() > SETTLED);
         let behind = -distance > deep && missed && gradient.dot(&normal) > 0.0;
         behind.then_some(Deep { place, normal, depth: -distance })
     };
-    let mut found: Vec<Deep> = points.filter_map(found).collect();
+    let hides = |deep: &Deep, (other, _): &(Point, Vector)| {
+        let [along, across] = deep.offset(other);
+        along > HIDING * deep.depth && across < OPENING
+    };
+    let mut found: Vec<Deep> = points.iter().filter_map(found).collect();
+    found.retain(|deep| !points.iter().any(|other| hides(deep, other)));
     let beside = |a: &Deep, b: &Deep| (a.place - b.place).norm() <= TOGETHER;
     let counts: Vec<usize> = found.iter().map(|a| found.iter().filter(|b| beside(a, b)).count()).collect();
     let mut counts = counts.into_iter();
@@ -64,8 +69,9 @@ struct Sums {
     nearest: f64,
 }
 
-/// Draws the deviations, one a voxel of a grid with these sides, to the points. Returns the voxels at which they are others now.
-pub fn draw(deviations: &mut [f32], sides: [usize; 3], points: &[Deep]) -> Vec<usize> {
+/// The voxels that the points tell of, and the deviations that are expected there; `deviations` are those that were fitted,
+/// one a voxel of a grid with these sides.
+pub fn drawn(deviations: &[f32], sides: [usize; 3], points: &[Deep]) -> Vec<(usize, f32)> {
     let mut around = vec![None; if points.is_empty() { 0 } else { deviations.len() }];
     for point in points {
         let reach = libm::hypot(BESIDE, point.depth + AROUND).ceil() as usize;
@@ -80,26 +86,27 @@ pub fn draw(deviations: &mut [f32], sides: [usize; 3], points: &[Deep]) -> Vec<u
             }
         }
     }
-    let mut drawn = Vec::new();
-    for (i, sums) in around.into_iter().enumerate() {
-        let Some(Sums { weights, depths, nearest }) = sums else { continue };
+    let draw = |(i, sums): (usize, Option<Sums>)| {
+        let Sums { weights, depths, nearest } = sums?;
         let r = nearest / BESIDE;
         let share = (1.0 - r) * (1.0 - r) * (1.0 + 2.0 * r);
-        let step = share * (depths / weights - f64::from(deviations[i]));
-        deviations[i] += step as f32;
-        if step.abs() > SETTLED {
-            drawn.push(i);
-        }
-    }
-    drawn
+        let fitted = f64::from(deviations[i]);
+        Some((i, (fitted + share * (depths / weights - fitted)) as f32))
+    };
+    around.into_iter().enumerate().filter_map(draw).collect()
 }
 
 impl Deep {
+    /// How far a place is from the point along its normal, and across it.
+    fn offset(&self, place: &Point) -> [f64; 2] {
+        let offset = place - self.place;
+        let along = offset.dot(&self.normal);
+        [along, (offset - self.normal * along).norm()]
+    }
+
     /// Adds what the point tells of a voxel.
     fn tell(&self, voxel: &Point, sums: &mut Option<Sums>) {
-        let offset = voxel - self.place;
-        let along = offset.dot(&self.normal);
-        let across = (offset - self.normal * along).norm();
+        let [along, across] = self.offset(voxel);
         if across >= BESIDE || !(-AROUND..self.depth + AROUND).contains(&along) {
             return;
         }
@@ -134,7 +141,7 @@ mod tests {
     }
 
     fn found(points: Vec<(Point, Vector)>, local: &Dense) -> Vec<Deep> {
-        deep_points([&plane(HEIGHT), local], points.into_iter(), 1.2)
+        deep_points([&plane(HEIGHT), local], &points, 1.2)
     }
 
     #[test]
@@ -174,7 +181,11 @@ mod tests {
         assert_eq!(found(patch(31.0, 1.0), &unmoved).len(), 0, "hardly behind");
         assert_eq!(found(patch(27.0, 1.0), &plane(27.3)).len(), 0, "followed");
         assert_eq!(found(patch(27.0, 1.0)[..7].to_vec(), &unmoved).len(), 0, "strays");
-        let mut deviations = vec![0.25; N * N * N];
-        assert!(draw(&mut deviations, [N; 3], &[]).is_empty() && deviations.iter().all(|&d| d == 0.25));
+        let hidden = [patch(27.0, 1.0), patch(31.4, 1.0)].concat();
+        assert_eq!(found(hidden, &unmoved).len(), 0, "behind what was measured, too");
+        let beside = patch(31.4, 1.0).into_iter().map(|(place, normal)| (place + Vector::x() * 12.0, normal));
+        let both = patch(27.0, 1.0).into_iter().chain(beside).collect();
+        assert_eq!(found(both, &unmoved).len(), 100, "beside what was measured, too");
+        assert!(drawn(&vec![0.25; N * N * N], [N; 3], &[]).is_empty());
     }
 }

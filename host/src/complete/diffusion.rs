@@ -16,7 +16,7 @@
 
 use super::behind::{self, Deep};
 use super::dense::Dense;
-use super::unsettled::unsettled;
+use super::unsettled::{sound, unsettled};
 use crate::mesh::Point;
 use rayon::prelude::*;
 
@@ -48,9 +48,13 @@ pub fn diffuse(
         if unsettled[i] && !measured[i] { (l - g) * 0.0 } else { l - g }
     };
     let mut fitted: Vec<f32> = local.values.iter().zip(&global.values).enumerate().map(deviation).collect();
-    for i in behind::draw(&mut fitted, local.sides, behind) {
-        let own = scan(i).filter(|_| measured[i]);
-        // What is not measured there follows what is.
+    for (i, deviation) in behind::drawn(&fitted, local.sides, behind) {
+        // A measured voxel that the fit has followed stays; what is not measured follows those that are.
+        if measured[i] && f64::from((deviation - fitted[i]).abs()) <= behind::SETTLED {
+            continue;
+        }
+        fitted[i] = deviation;
+        let own = sound(local, i, &scan).filter(|_| measured[i]);
         measured[i] = own.is_some();
         if let Some(own) = own {
             (local.values[i], fitted[i]) = (own, own - global.values[i]);

@@ -69,9 +69,10 @@ impl<'m> Fitted<'m> {
         let reach = 2 * usize::from(model.header().stride);
         let own = |i: usize| self.global.measured(i, scan, &self.placed, near);
         let normals = self.points.normals.iter().map(|n| centred.pose.rotate(n.map(|c| c as f32).into()));
-        let oriented = voxels.iter().copied().zip(normals.map(|n| Vector::from(n.map(f64::from))));
+        let oriented: Vec<(Point, Vector)> =
+            voxels.iter().copied().zip(normals.map(|n| Vector::from(n.map(f64::from)))).collect();
         let deep = f64::from(DEEP * model.header().scales.millimetre);
-        let behind = behind::deep_points([&self.global, &self.local], oriented, deep);
+        let behind = behind::deep_points([&self.global, &self.local], &oriented, deep);
         let measured = diffusion::diffuse(&mut drawn, &self.global, &voxels, reach, &behind, own);
         if let Some(posterior) = &self.posterior {
             let deviations = level::deviations(&drawn, posterior);

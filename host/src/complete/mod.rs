@@ -2,7 +2,7 @@
 //!
 //! scan → pose → hull → global fit → local fit → surface, in this order, each step in its own module.
 
-mod behind;
+pub mod behind;
 pub mod clean;
 pub mod clutter;
 pub mod cues;

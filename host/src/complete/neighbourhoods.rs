@@ -19,6 +19,8 @@ const WIDTHS: usize = 8;
 const CONFIDENCE: f64 = 2.0;
 /// Narrowest radius in deviations of the noise: a ball that is less wide than the noise is high has half of it outside.
 const NARROWEST: f64 = 2.0;
+/// The neighbourhood of a disc comes so many after the narrowest: 1.6³ times as many points.
+const DISC: usize = 3;
 /// Share of the samples that must have a quadric.
 const DENSE: f64 = 0.5;
 /// Points of a cube that are looked at, at most, so that a heap of points takes no longer than a surface.
@@ -36,16 +38,20 @@ pub struct Neighbourhoods<'a> {
 
 impl<'a> Neighbourhoods<'a> {
     /// Of the `used` points of a scan, none wider than `widest`; the narrowest has about [`POINTS`] points at the `samples`.
-    /// `None` where it would be wider.
+    /// Neighbours are looked for `as_high` as that, too, or no farther off than the widest neighbourhood is wide. `None` where
+    /// the narrowest would be wider than `widest`.
     pub fn new(
         (scan, normals): (&'a Mesh, &'a [Vector]),
         used: &[usize],
         samples: &[usize],
         widest: f64,
+        as_high: bool,
     ) -> Option<Self> {
         let cells = |edge: f64| Cells::new((&scan.points, normals), used, edge);
-        let radii = radii(&cells(widest), (scan, normals), samples, widest)?;
-        Some(Self { scan, normals, cells: cells(radii[WIDTHS - 1]), radii, first: 0 })
+        let high = cells(widest);
+        let radii = radii(&high, (scan, normals), samples, widest)?;
+        let cells = if as_high { high } else { cells(radii[WIDTHS - 1]) };
+        Some(Self { scan, normals, cells, radii, first: 0 })
     }
 
     /// Edge of the cubes that neighbours are looked for in.
@@ -74,19 +80,19 @@ impl<'a> Neighbourhoods<'a> {
         }
     }
 
-    /// The points around one that face its way, in a disc of about as many points as are asked for.
-    pub fn disc(&self, i: usize, points: f64) -> impl Iterator<Item = [f64; 3]> {
-        let radius = self.radii.iter().find(|&r| points * self.radii[0] * self.radii[0] <= POINTS * r * r);
-        let reach = radius.unwrap_or(&self.radii[WIDTHS - 1]).powi(2);
-        self.around(i).offsets.into_iter().filter(move |[u, v, _]| u * u + v * v <= reach)
+    /// A disc around a point, four times as many points as the narrowest neighbourhood that is used, and as far up and down
+    /// as neighbours are looked for: the way that it faces, and the points that face its way, along and over it.
+    pub fn disc(&self, i: usize) -> (Vector, impl Iterator<Item = [f64; 3]>) {
+        let radius = self.radii[(self.first + DISC).min(WIDTHS - 1)];
+        let Around { axes: [.., normal], offsets } = self.around(i);
+        (normal, offsets.into_iter().filter(move |[u, v, _]| u * u + v * v <= radius * radius))
     }
 
     /// What is around a point.
     fn around(&self, i: usize) -> Around {
         let here = &self.scan.points[i];
         let mut near: Vec<(f64, &Member)> = Vec::new();
-        let widest = self.radii[WIDTHS - 1];
-        self.cells.near(here, widest, |member, squared, _| near.push((squared, member)));
+        self.cells.near(here, self.cells.edge, |member, squared, _| near.push((squared, member)));
         let normal = self.facing(i, &near);
         let across = Vector::ith(normal.iamin(), 1.0).cross(&normal).normalize();
         let axes = [across, normal.cross(&across), normal];

@@ -54,7 +54,7 @@ pub fn reduce(scan: &mut Mesh, widest: f64) -> Option<Noise> {
     let places = Places::of(scan);
     let samples = places.samples(SAMPLES);
     let (mut facing, used) = (places.facing, places.used);
-    let mut around = Neighbourhoods::new((scan, &facing), &used, &samples, widest)?;
+    let mut around = Neighbourhoods::new((scan, &facing), &used, &samples, widest, false)?;
     let before = around.noise(&samples)?;
     let finest = widest / FINEST;
     // What noise folds is merged when that is gone.

@@ -27,8 +27,7 @@ pub fn unsettled(
     reach: usize,
     scan: impl Fn(usize) -> Option<f32> + Sync,
 ) -> Vec<bool> {
-    let sound =
-        |i: usize| scan(i).filter(|own| !contradicted(*own, || local.neighbours(i).filter_map(&scan)));
+    let sound = |i: usize| sound(local, i, &scan);
     let misses = |i: usize, own: f32| (local.values[i] - own).abs() > (global.values[i] - own).abs() + MISS;
     // The closest points around a voxel are asked for last, and only where it matters.
     let missed = |&i: &usize| measured[i] && scan(i).is_some_and(|own| misses(i, own)) && sound(i).is_some();
@@ -48,6 +47,11 @@ pub fn unsettled(
         local.values[i] = own.unwrap_or(local.values[i]);
     }
     around
+}
+
+/// A scan's distance at a voxel of a grid, unless those beside it contradict it.
+pub fn sound(grid: &Dense, i: usize, scan: impl Fn(usize) -> Option<f32>) -> Option<f32> {
+    scan(i).filter(|own| !contradicted(*own, || grid.neighbours(i).filter_map(&scan)))
 }
 
 /// Whether a scan's distance has the wrong sign: more of those beside it speak against it than against its opposite. Where

@@ -113,7 +113,7 @@ pub fn merge(views: Vec<DepthView>) -> Result<Loaded, Fault> {
         return Err(Problem::Other(what.into()).in_whole());
     }
     let note = format!(
-        "{filled} pixels between measured ones were not measured, and were filled in from those beside them"
+        "{filled} pixels between measured ones were not measured, and were filled in from those beside them: there is more noise than is told"
     );
     let mut loaded = finish(all)?;
     loaded.repairs.extend((filled > 0).then_some(note));

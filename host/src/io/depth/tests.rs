@@ -130,7 +130,7 @@ fn a_scan_without_a_surface_is_refused() {
 
 #[test]
 fn pixels_that_are_filled_in_are_told() {
-    let folder = folder(JSON, &[("depth.png", png(3, 2, &[8, 0, 10, 8, 0, 10]))]);
+    let folder = folder(JSON, &[("depth.png", png(3, 2, &[6, 0, 7, 6, 0, 7]))]);
     let Loaded { mesh, repairs } = read_scan_noted(folder.path()).unwrap();
     assert_eq!((mesh.points.len(), mesh.triangles.len()), (6, 4));
     assert!(repairs[0].starts_with("2 pixels between measured ones were not measured"), "{repairs:?}");
