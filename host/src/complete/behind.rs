@@ -2,7 +2,8 @@
 //! shape can be in front of what it measured, however unusual that is for the class. (What lies in front of the surface may be
 //! none of the class: hair, a collar.)
 //!
-//! The model stores no voxels so far from its shapes, and the fit knows nothing of such points. Their depths d are the
+//! The model stores no voxels so far from its shapes, and the fit knows nothing of such points. (Nor does anything of those so
+//! far behind that the fitted distances do not go there, by five voxels beyond the stored ones.) Their depths d are the
 //! deviations there; in front of them and beside them, along the surface, it is expected to be
 //!
 //! ```text
@@ -32,7 +33,8 @@ const HIDING: f64 = 0.5;
 
 /// A point of the scan behind the fitted surface, voxels.
 pub struct Deep {
-    place: Point,
+    /// Where it is.
+    pub place: Point,
     /// The way that the scan faces there.
     normal: Vector,
     /// How far behind.

@@ -1,11 +1,12 @@
 //! What the core's fit says about the scan's points, and the surface that is drawn from it to the scan.
 
+use super::behind::{self, Deep};
 use super::cues::cues;
 use super::dense::Dense;
 use super::extrapolate::extrapolated;
 use super::merge::Merged;
 use super::start::Start;
-use super::{behind, diffusion, level};
+use super::{diffusion, level};
 use crate::distance::Surface;
 use crate::fit::Fit;
 use crate::mesh::{Mesh, Point, Vector};
@@ -28,7 +29,9 @@ const DEEP: f32 = 4.0;
 pub struct Fitted<'m> {
     /// Where the scan lies.
     pub placed: Placed,
-    /// The points that the core did not leave out, centred.
+    /// The points, centred.
+    all: OrientedPoints,
+    /// Those that the core did not leave out.
     points: OrientedPoints,
     /// Weights of the shape that was found with the pose; those of the global fit where the pose was held.
     shape: Vec<f32>,
@@ -51,7 +54,8 @@ impl<'m> Fitted<'m> {
         let posterior = Posterior::new(model, &points, &placed.pose, &shape, !held);
         let [global, local] =
             [&fit.global_distances, &fit.local_distances].map(|distances| extrapolated(model, distances));
-        Self { placed, points, shape, global, local, posterior }
+        let all = start.thinned.points.clone();
+        Self { placed, all, points, shape, global, local, posterior }
     }
 
     /// The pose of the centred points.
@@ -63,16 +67,13 @@ impl<'m> Fitted<'m> {
     /// scan's own beyond what the model stores.
     pub fn drawn_to(&self, model: &Model<'_>, scan: &Surface) -> Dense {
         let (mut drawn, centred) = (self.local.clone(), self.centred());
-        let voxels: Vec<Point> = self.points.points.iter().map(|p| centred.to_model(p)).collect();
+        let behind = self.behind(model);
+        let voxels = self.points.points.iter().map(|p| centred.to_model(p));
+        let voxels: Vec<Point> = voxels.chain(behind.iter().map(|deep| deep.place)).collect();
         let near = OWN_REACH / f64::from(self.placed.pose.scale);
         // A voxel hears of the nodes around it, and they reach as far again.
         let reach = 2 * usize::from(model.header().stride);
         let own = |i: usize| self.global.measured(i, scan, &self.placed, near);
-        let normals = self.points.normals.iter().map(|n| centred.pose.rotate(n.map(|c| c as f32).into()));
-        let oriented: Vec<(Point, Vector)> =
-            voxels.iter().copied().zip(normals.map(|n| Vector::from(n.map(f64::from)))).collect();
-        let deep = f64::from(DEEP * model.header().scales.millimetre);
-        let behind = behind::deep_points([&self.global, &self.local], &oriented, deep);
         let measured = diffusion::diffuse(&mut drawn, &self.global, &voxels, reach, &behind, own);
         if let Some(posterior) = &self.posterior {
             let deviations = level::deviations(&drawn, posterior);
@@ -80,6 +81,19 @@ impl<'m> Fitted<'m> {
         }
         drawn.extend(model, scan, &self.placed, &voxels);
         drawn
+    }
+
+    /// The points deep behind the fitted surface. Some of them the core leaves out, as if they were clutter.
+    fn behind(&self, model: &Model<'_>) -> Vec<Deep> {
+        let centred = self.centred();
+        let voxels = |(p, n): (&Point, &Vector)| {
+            let normal = centred.pose.rotate(n.map(|c| c as f32).into());
+            (centred.to_model(p), Vector::from(normal.map(f64::from)))
+        };
+        let points: Vec<(Point, Vector)> =
+            self.all.points.iter().zip(&self.all.normals).map(voxels).collect();
+        let deep = f64::from(DEEP * model.header().scales.millimetre);
+        behind::deep_points([&self.global, &self.local], &points, deep)
     }
 
     /// What is known at each vertex of the completed mesh about its error, where views of the scan are so many of its units

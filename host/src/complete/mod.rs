@@ -170,9 +170,10 @@ pub fn complete_by(
     begin: impl FnOnce(&Mesh) -> Result<Start, Error>,
     fit: impl FnOnce(&Start) -> Result<Fit, Error> + Send,
 ) -> Result<Completion, Error> {
-    let layers = layers::apart(scan, noise::widest(model));
+    let given = scan;
     let Prepared { scan, specks, noise, start } = prepare_by(model, scan, options, begin)?;
-    let (measured, fitted) = rayon::join(|| scan_surface(&scan, model), || fitted(model, &start, fit));
+    let looked = || (scan_surface(&scan, model), layers::apart(given, noise::widest(model)));
+    let ((measured, layers), fitted) = rayon::join(looked, || fitted(model, &start, fit));
     let (measured, (fit, fitted, [global, local])) = (measured?, fitted?);
     let placed = fitted.placed;
     let agreement = fitted.agreement(model, start.thinned.points.points.len());

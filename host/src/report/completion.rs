@@ -174,6 +174,7 @@ fn verdict(completion: &Completion, notes: &[String], unit: &str) -> String {
         ("fitted surface", format!("{on_it} of the scan near the model lies on it")),
         ("left out", left_out(completion)),
         ("noise", completion.noise.map_or_else(|| "left as it was".into(), |noise| smoothed(noise, unit))),
+        ("layers", evidence.layers.map_or_else(|| "one".into(), |apart| two_layers(apart, unit))),
         ("seen part", format!("{seen} {unit} rms from the fitted surface")),
         ("inferred part", format!("{inferred} of the surface, {area} {unit}\u{b2}")),
         ("expected error, one sigma", expected(completion, unit)),
@@ -199,6 +200,10 @@ fn smoothed(Noise { before, after }: Noise, unit: &str) -> String {
     format!("{before} {unit} in the scan, {after} after smoothing")
 }
 
+fn two_layers(apart: f64, unit: &str) -> String {
+    format!("two, {} {unit} apart, where views overlap", digits(apart, 2))
+}
+
 fn left_open(Spread { turn, surface }: Spread) -> String {
     let surface = digits(surface, 1);
     format!("{turn:.1} degrees of the pose, {surface} class millimetres of the surface, by the model alone")
@@ -210,7 +215,12 @@ fn expected(completion: &Completion, unit: &str) -> String {
         .expected_shares
         .map(|share| share.map_or("-".into(), |share| format!("{} {unit}", digits(share.median, 2))));
     let guess = if completion.expected.calibrated { "" } else { "; a guess, the model is not calibrated" };
-    format!("{measured} where measured, {inferred} where inferred (medians){guess}")
+    let hidden = completion.expected.hidden;
+    let hidden = match hidden > 0.0 {
+        true => format!("; {} {unit} of it for what the scan does not show", digits(hidden.into(), 2)),
+        false => String::new(),
+    };
+    format!("{measured} where measured, {inferred} where inferred (medians){hidden}{guess}")
 }
 
 fn distances(completion: &Completion, model: &Model<'_>, unit: &str) -> String {
