@@ -6,6 +6,7 @@
 
 pub mod alternatives;
 mod amount;
+mod copies;
 mod edges;
 mod fits;
 pub mod inwards;
@@ -120,6 +121,7 @@ fn mesh_with(loaded: Loaded, flat: Flat) -> Checked {
     origin::check(&mut checked);
     if checked.mesh.triangles.is_empty() {
         if !checked.is_refused() {
+            copies::check(&mut checked);
             strays::check(&mut checked);
             signs::check(&mut checked);
         }
