@@ -2,19 +2,21 @@
 //! than it is.
 
 use super::{Checked, counted};
+use crate::io::Weld;
 use crate::surface::keep;
-use rustc_hash::FxHashMap;
 
 /// Takes out points at the place of an earlier one that face its way. Those of the two sides of a sheet stay.
 pub(super) fn check(checked: &mut Checked) {
     let mesh = &checked.mesh;
-    let mut first: FxHashMap<[u64; 3], usize> = FxHashMap::default();
+    let mut weld = Weld::for_triangles(mesh.points.len());
+    let places: Result<Vec<u32>, _> = mesh.points.iter().map(|p| weld.add((*p).into())).collect();
+    let Ok(places) = places else { return };
+    let mut first = vec![usize::MAX; weld.points.len()];
     let is_copy = |i: usize| {
-        // 0 and -0 are one place.
-        let place = mesh.points[i].coords.map(|c| (c + 0.0).to_bits()).into();
-        let earlier = *first.entry(place).or_insert(i);
-        let one_way = || mesh.normals.get(i).is_none_or(|normal| normal.dot(&mesh.normals[earlier]) >= 0.0);
-        earlier != i && one_way()
+        let earlier = &mut first[places[i] as usize];
+        *earlier = (*earlier).min(i);
+        let one_way = |at: usize| mesh.normals.get(i).is_none_or(|n| n.dot(&mesh.normals[at]) >= 0.0);
+        *earlier != i && one_way(*earlier)
     };
     let copies: Vec<bool> = (0..mesh.points.len()).map(is_copy).collect();
     let count = copies.iter().filter(|&&copy| copy).count();

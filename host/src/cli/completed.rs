@@ -5,7 +5,7 @@ use crate::complete::noise::Noise;
 use crate::complete::verdict::Verdict;
 use crate::device::Statistics;
 use crate::fit::Digests;
-use crate::uncertainty::Share;
+use crate::uncertainty::{Share, hidden};
 use crate::unit::digits;
 use lacuna::Model;
 use lacuna::format::Calibration;
@@ -206,12 +206,7 @@ impl<'a> ExpectedError<'a> {
         };
         let guess = if self.calibrated { "" } else { "; a guess, the model is not calibrated" };
         let (measured, inferred) = (part(self.measured), part(self.inferred));
-        let hidden = self.hidden;
-        let views = if hidden > 0.0 {
-            format!("; {} {symbol} of it for what the scan does not show", digits(hidden.into(), 2))
-        } else {
-            String::new()
-        };
+        let views = hidden::told(self.hidden, symbol);
         format!("expected error  {measured} where measured, {inferred} where inferred{views}{guess}")
     }
 }

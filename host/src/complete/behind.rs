@@ -14,7 +14,6 @@
 
 use super::dense::Dense;
 use crate::mesh::{Point, Vector};
-use crate::raster;
 
 /// The distance R, voxels.
 const BESIDE: f64 = 8.0;
@@ -72,21 +71,12 @@ struct Sums {
 }
 
 /// The voxels that the points tell of, and the deviations that are expected there; `deviations` are those that were fitted,
-/// one a voxel of a grid with these sides.
-pub fn drawn(deviations: &[f32], sides: [usize; 3], points: &[Deep]) -> Vec<(usize, f32)> {
+/// one a voxel of the grid.
+pub fn drawn(grid: &Dense, deviations: &[f32], points: &[Deep]) -> Vec<(usize, f32)> {
     let mut around = vec![None; if points.is_empty() { 0 } else { deviations.len() }];
     for point in points {
         let reach = libm::hypot(BESIDE, point.depth + AROUND).ceil() as usize;
-        let side = 2 * reach + 1;
-        for offset in 0..raster::len([side; 3]) {
-            let step = raster::voxel([side; 3], offset);
-            let voxel: [f64; 3] =
-                std::array::from_fn(|a| point.place[a].round() + step[a] as f64 - reach as f64);
-            if voxel.iter().zip(sides).all(|(&v, side)| v >= 0.0 && v < side as f64) {
-                let sums = &mut around[raster::index(sides, voxel.map(|v| v as usize))];
-                point.tell(&Point::from(voxel), sums);
-            }
-        }
+        grid.around(&point.place, reach).for_each(|(i, voxel)| point.tell(&voxel, &mut around[i]));
     }
     let draw = |(i, sums): (usize, Option<Sums>)| {
         let Sums { weights, depths, nearest } = sums?;
@@ -188,6 +178,6 @@ mod tests {
         let beside = patch(31.4, 1.0).into_iter().map(|(place, normal)| (place + Vector::x() * 12.0, normal));
         let both = patch(27.0, 1.0).into_iter().chain(beside).collect();
         assert_eq!(found(both, &unmoved).len(), 100, "beside what was measured, too");
-        assert!(drawn(&vec![0.25; N * N * N], [N; 3], &[]).is_empty());
+        assert!(drawn(&unmoved, &vec![0.25; N * N * N], &[]).is_empty());
     }
 }

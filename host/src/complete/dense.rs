@@ -67,20 +67,25 @@ impl Dense {
         (!value.is_nan()).then(|| (f64::from(value), Vector::from(gradient.map(f64::from))))
     }
 
+    /// The voxels of the grid at most `reach` steps off a point's own one along each axis, and where they are.
+    pub fn around(&self, point: &Point, reach: usize) -> impl Iterator<Item = (usize, Point)> {
+        let (sides, first) = (self.sides, point.map(|c| c.round() - reach as f64));
+        let cube = [2 * reach + 1; 3];
+        (0..raster::len(cube)).filter_map(move |offset| {
+            let step = raster::voxel(cube, offset);
+            let voxel: [f64; 3] = std::array::from_fn(|a| first[a] + step[a] as f64);
+            let inside = voxel.iter().zip(sides).all(|(&v, side)| v >= 0.0 && v < side as f64);
+            inside.then(|| (raster::index(sides, voxel.map(|v| v as usize)), Point::from(voxel)))
+        })
+    }
+
     /// Marks voxels near points: those at most `reach` steps off a point's own one along each axis, and of them those
     /// of which `near`, asked with voxel and point, says yes.
     pub fn mark(&self, points: &[Point], reach: usize, near: impl Fn(&Point, &Point) -> bool) -> Vec<bool> {
         let mut marks = vec![false; self.values.len()];
-        let side = 2 * reach + 1;
         for point in points {
-            for offset in 0..raster::len([side; 3]) {
-                let step = raster::voxel([side; 3], offset);
-                let voxel: [f64; 3] =
-                    std::array::from_fn(|a| point[a].round() + step[a] as f64 - reach as f64);
-                let inside = voxel.iter().zip(self.sides).all(|(&v, side)| v >= 0.0 && v < side as f64);
-                if inside && near(&Point::from(voxel), point) {
-                    marks[raster::index(self.sides, voxel.map(|v| v as usize))] = true;
-                }
+            for (i, _) in self.around(point, reach).filter(|(_, voxel)| near(voxel, point)) {
+                marks[i] = true;
             }
         }
         marks

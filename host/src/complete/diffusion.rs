@@ -48,7 +48,7 @@ pub fn diffuse(
         if unsettled[i] && !measured[i] { (l - g) * 0.0 } else { l - g }
     };
     let mut fitted: Vec<f32> = local.values.iter().zip(&global.values).enumerate().map(deviation).collect();
-    for (i, deviation) in behind::drawn(&fitted, local.sides, behind) {
+    for (i, deviation) in behind::drawn(local, &fitted, behind) {
         // A measured voxel that the fit has followed stays; what is not measured follows those that are.
         if measured[i] && f64::from((deviation - fitted[i]).abs()) <= behind::SETTLED {
             continue;

@@ -10,6 +10,7 @@ use crate::complete::{Completion, picture};
 use crate::distance;
 use crate::evaluate::mesh_digest;
 use crate::mesh::{Mesh, Vector};
+use crate::uncertainty::hidden;
 use crate::uncertainty::spread::Spread;
 use crate::unit::{self, digits};
 use lacuna::Model;
@@ -215,11 +216,7 @@ fn expected(completion: &Completion, unit: &str) -> String {
         .expected_shares
         .map(|share| share.map_or("-".into(), |share| format!("{} {unit}", digits(share.median, 2))));
     let guess = if completion.expected.calibrated { "" } else { "; a guess, the model is not calibrated" };
-    let hidden = completion.expected.hidden;
-    let hidden = match hidden > 0.0 {
-        true => format!("; {} {unit} of it for what the scan does not show", digits(hidden.into(), 2)),
-        false => String::new(),
-    };
+    let hidden = hidden::told(completion.expected.hidden, unit);
     format!("{measured} where measured, {inferred} where inferred (medians){hidden}{guess}")
 }
 

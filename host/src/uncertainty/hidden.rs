@@ -7,6 +7,7 @@
 //! [overlap](crate::complete::layers): two that err alike, each by σ, by √2 σ.
 
 use crate::mesh::Vector;
+use crate::unit::digits;
 use std::f64::consts::FRAC_1_SQRT_2;
 
 /// One sigma of what views are off beside each other, class millimetres.
@@ -21,6 +22,16 @@ const ROUNDS: usize = 30;
 pub fn error(normals: &[Vector], layers: Option<f64>) -> f32 {
     let stitching = if stitched(normals) { STITCHING } else { 0.0 };
     stitching.max((layers.unwrap_or(0.0) * FRAC_1_SQRT_2) as f32)
+}
+
+/// What is said of that error behind the expected ones, of which it is a part; nothing of none.
+pub fn told(error: f32, unit: &str) -> String {
+    let digits = digits(error.into(), 2);
+    if error > 0.0 {
+        format!("; {digits} {unit} of it for what the scan does not show")
+    } else {
+        String::new()
+    }
 }
 
 /// Whether normals are those of several views. One view shows what faces it: there is a direction that its normals have an

@@ -95,7 +95,7 @@ fn load_view(folder: &Path, description: &Description, view: &View) -> Result<De
     description.join(view, image).map_err(|fault| fault.in_file(&png))
 }
 
-/// All views as one mesh of overlapping sheets in the scan frame, those with many gaps without these.
+/// All views as one mesh of overlapping sheets in the scan frame; the gaps of those with many are filled in.
 ///
 /// Neighbouring pixels whose depths differ by more than [`DepthView::jump_mm`] are not joined.
 ///
