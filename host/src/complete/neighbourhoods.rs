@@ -17,6 +17,8 @@ const GROWTH: f64 = 1.6;
 const WIDTHS: usize = 8;
 /// Half of a confidence interval, standard deviations.
 const CONFIDENCE: f64 = 2.0;
+/// Farthest that noise throws a point off the quadric around it, standard deviations: one of 16,000 is farther.
+const TAIL: f64 = 4.0;
 /// Narrowest radius in deviations of the noise: a ball that is less wide than the noise is high has half of it outside.
 const NARROWEST: f64 = 2.0;
 /// The neighbourhood of a disc comes so many after the narrowest: 1.6³ times as many points.
@@ -118,7 +120,7 @@ impl<'a> Neighbourhoods<'a> {
             let wider = k == 0 || self.radii[k] > self.radii[k - 1];
             (k >= self.first && wider).then(|| sum.fit(FEWEST)).flatten()
         });
-        Quadrics { axes, at }
+        Quadrics { axes, at, widened: self.first > 0 }
     }
 
     /// The way that the surface around a point faces: noise tilts what lies next to it.
@@ -204,6 +206,8 @@ struct Quadrics {
     /// Across and along the surface, and the way that it faces.
     axes: [Vector; 3],
     at: [Option<Quadric>; WIDTHS],
+    /// Whether narrower ones are left out for the noise.
+    widened: bool,
 }
 
 /// What becomes of a point.
@@ -220,7 +224,9 @@ impl Quadrics {
     /// Onto the widest that agrees with all narrower ones and with the point.
     fn chosen(&self, noise: f64) -> Option<Move> {
         let half = |share: f64| CONFIDENCE * noise * share.sqrt();
-        let (mut low, mut high) = (-half(1.0), half(1.0));
+        let thrown = self.widened && self.thrown(noise);
+        let own = if thrown { f64::INFINITY } else { half(1.0) };
+        let (mut low, mut high) = (-own, own);
         let mut chosen = None;
         for quadric in self.at.iter().flatten() {
             low = low.max(quadric.height - half(quadric.share));
@@ -236,6 +242,16 @@ impl Quadrics {
             motion: normal * *height,
             normal: (normal - across * slope[0] - along * slope[1]).normalize(),
             deviation: noise * share.sqrt(),
+        })
+    }
+
+    /// Whether a point that the narrowest quadric does not agree with may be where it is by noise alone; it has no say then.
+    /// Left where it is, it would be a pit in the surface.
+    fn thrown(&self, noise: f64) -> bool {
+        let narrowest = self.at.iter().flatten().next();
+        narrowest.is_some_and(|&Quadric { height, share, .. }| {
+            let off = height.abs() / noise;
+            off > CONFIDENCE * (1.0 + share.sqrt()) && off <= TAIL * (1.0 - share).max(0.0).sqrt()
         })
     }
 }

@@ -3,8 +3,8 @@
 //! Each point is moved along the normal onto the quadric that is fitted to its neighbours by least squares. A wide
 //! neighbourhood averages more noise and flattens more detail: the widest is taken whose estimate agrees, within the
 //! noise, with those of all narrower ones and with the point itself (intersection of confidence intervals, Goldenshluger
-//! & Nemirovski 1997). So edges stay as sharp as the noise lets them be seen. What noise there is, the points' distances
-//! from narrow quadrics tell.
+//! & Nemirovski 1997). A point that only its own noise has thrown far off goes there as well. So edges stay as sharp as
+//! the noise lets them be seen. What noise there is, the points' distances from narrow quadrics tell.
 //!
 //! Points far closer together than the model's voxels are merged: without noise before this, else after it.
 
@@ -120,6 +120,20 @@ mod tests {
             });
             assert!(turned.count() < 10, "of 6962");
         }
+    }
+
+    #[test]
+    fn points_that_noise_has_thrown_far_off_come_back() {
+        let mut mesh = noisy(|_, _| 0.0, 1.0);
+        assert!(off(&mesh, |_, _| 0.0)[1] > 3.0);
+        reduce(&mut mesh, 5.0).unwrap();
+        let [_, worst] = off(&mesh, |_, _| 0.0);
+        assert!(worst < 1.2, "{worst}");
+        // One that noise does not explain stays where it is.
+        let mut mesh = noisy(|_, _| 0.0, 1.0);
+        mesh.points[30 * 60 + 30].z = 6.0;
+        reduce(&mut mesh, 5.0).unwrap();
+        assert_eq!(mesh.points[30 * 60 + 30].z, 6.0);
     }
 
     #[test]
