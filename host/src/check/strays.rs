@@ -1,8 +1,9 @@
 //! Points of a cloud so far from all others that they are of no object.
 
 use super::{Checked, counted};
-use crate::mesh::{Mesh, Point};
+use crate::mesh::Point;
 use crate::size::{longest, usual_bounds};
+use crate::surface::keep;
 
 /// A stray is so many lengths of the cloud away from it.
 const FAR: f64 = 10.0;
@@ -16,15 +17,12 @@ pub(super) fn check(checked: &mut Checked) {
     let near = |p: &Point| {
         bounds.iter().zip(p.iter()).all(|([low, high], c)| (low - reach..=high + reach).contains(c))
     };
-    let kept: Vec<usize> = (0..mesh.points.len()).filter(|&i| near(&mesh.points[i])).collect();
-    let strays = mesh.points.len() - kept.len();
+    let kept = keep(mesh, |i| near(&mesh.points[i]));
+    let strays = mesh.points.len() - kept.points.len();
     if strays == 0 || length == 0.0 {
         return;
     }
-    let normals =
-        if mesh.normals.is_empty() { vec![] } else { kept.iter().map(|&i| mesh.normals[i]).collect() };
-    checked.mesh =
-        Mesh { points: kept.iter().map(|&i| mesh.points[i]).collect(), normals, triangles: vec![] };
+    checked.mesh = kept;
     let what = counted(strays, "point", "points");
     checked.repaired(format!("{what} more than {FAR} lengths of the cloud away from it left out"));
 }
@@ -32,7 +30,7 @@ pub(super) fn check(checked: &mut Checked) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::Vector;
+    use crate::mesh::{Mesh, Vector};
 
     #[test]
     fn a_point_far_away_is_left_out_and_a_second_object_is_not() {

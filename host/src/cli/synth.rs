@@ -170,13 +170,9 @@ impl OneScan {
         if common.json {
             say(&info.to_string());
         } else {
-            let missing =
-                100.0 * scan.missing.iter().filter(|&&m| m).count() as f64 / scan.missing.len() as f64;
-            let folder = self.folder.display();
-            say(&format!(
-                "{} points in {folder}, {missing:.0} % of the vertices missing",
-                scan.points.points.len()
-            ));
+            let (points, folder) = (scan.points.points.len(), self.folder.display());
+            let missing = 100.0 * missing_share(&scan);
+            say(&format!("{points} points in {folder}, {missing:.0} % of the vertices missing"));
         }
         Ok(())
     }
@@ -236,6 +232,8 @@ impl OneScan {
             "ground_truth_mesh": self.truth_path(),
             "camera": camera,
             "views": views,
+            "points": scan.points.points.len(),
+            "missing_share": missing_share(scan),
             "with": self.with,
             "truth": { "model_to_scan": rows(&scan.model_to_scan), "scan_to_model": rows(&inverse) },
         });
@@ -243,6 +241,11 @@ impl OneScan {
         io::atomic::write(&self.folder.join("scan.json"), |file| file.write_all(&text))?;
         Ok(info)
     }
+}
+
+/// Share of the truth's vertices that the scanner has not seen.
+fn missing_share(scan: &Scan) -> f64 {
+    scan.missing.iter().filter(|&&missing| missing).count() as f64 / scan.missing.len() as f64
 }
 
 fn rows(matrix: &Matrix4<f64>) -> Vec<Vec<f64>> {

@@ -60,8 +60,16 @@ pub struct Client<L> {
 /// What came in answer to a request.
 enum Heard {
     Reply,
-    /// Nothing in time, or something damaged.
+    /// Nothing in time.
     Nothing,
+    /// A damaged frame, or the device's word that the request was one.
+    Damage,
+}
+
+/// How long is waited after one more damaged frame, of so many in a row: what disturbs a line may last longer than all the
+/// attempts, which damage answers at once. Ten wait half a second together.
+fn calm(damaged: u32) -> Duration {
+    Duration::from_millis(1 << damaged.min(8)).saturating_sub(Duration::from_millis(1))
 }
 
 impl<L: Link> Client<L> {
@@ -126,15 +134,23 @@ impl<L: Link> Client<L> {
     fn exchange(&mut self, request: &Request<'_>) -> Result<(), Error> {
         let (mut scratch, mut frame) = ([0; MAX_MESSAGE], [0; MAX_FRAME]);
         let frame = encode(self.header, request, &mut scratch, &mut frame).ok_or(Error::TooLong)?;
-        for attempt in 0..self.timing.attempts {
+        let attempts = self.timing.attempts;
+        let mut damaged = 0;
+        for attempt in 0..attempts {
             self.statistics.sent += 1;
             self.statistics.repeated += u64::from(attempt > 0);
             self.link.send(frame)?;
-            if matches!(self.listen()?, Heard::Reply) {
-                return Ok(());
+            match self.listen()? {
+                Heard::Reply => return Ok(()),
+                Heard::Nothing => {}
+                Heard::Damage => {
+                    self.statistics.damaged += 1;
+                    std::thread::sleep(calm(damaged));
+                    damaged += 1;
+                }
             }
         }
-        Err(Error::Silent(self.timing.attempts))
+        Err(if damaged == 0 { Error::Silent(attempts) } else { Error::Damaged { attempts, damaged } })
     }
 
     fn reply(&self) -> Result<Reply<'_>, Error> {
@@ -159,8 +175,7 @@ impl<L: Link> Client<L> {
                         _ => continue,
                     },
                 }
-                self.statistics.damaged += 1;
-                return Ok(Heard::Nothing);
+                return Ok(Heard::Damage);
             }
             let mut chunk = [0; 4096];
             let patience = deadline.saturating_duration_since(Instant::now());

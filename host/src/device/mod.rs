@@ -29,6 +29,17 @@ pub enum Error {
     /// No answer.
     #[error("the device did not answer {0} times: is it running, and are line and baud rate right?")]
     Silent(u32),
+    /// Answers, but no whole one.
+    #[error(
+        "{damaged} of {attempts} requests in a row, or the device's answers to them, arrived damaged: are baud rate, parity and \
+         ground of the line right, and is nothing else on it?"
+    )]
+    Damaged {
+        /// Times the request was sent.
+        attempts: u32,
+        /// Times that something was damaged.
+        damaged: u32,
+    },
     /// An answer that is none.
     #[error(
         "the device answered with something else than was asked for: does it speak version {} of the protocol?",

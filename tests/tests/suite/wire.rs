@@ -27,7 +27,7 @@ use proptest::test_runner::Config;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::collections::BTreeSet;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 const TIMING: Timing = Timing {
     reply: Duration::from_secs(60),
@@ -133,6 +133,33 @@ fn a_line_that_never_falls_silent_is_given_up() {
     let timing = Timing { reply: Duration::from_millis(5), pause: Duration::ZERO, attempts: 2, ..TIMING };
     let mut client = Client::new(Chatter, timing);
     assert!(matches!(client.hello(), Err(device::Error::Silent(2))));
+}
+
+/// A line that answers everything with a frame that is none.
+struct Spoiled;
+
+impl Link for Spoiled {
+    fn send(&mut self, _: &[u8]) -> std::io::Result<()> {
+        Ok(())
+    }
+
+    fn receive(&mut self, bytes: &mut [u8], _: Duration) -> std::io::Result<usize> {
+        let mut frame = [20; 21];
+        frame[20] = 0;
+        bytes[..frame.len()].copy_from_slice(&frame);
+        Ok(frame.len())
+    }
+}
+
+#[test]
+fn a_burst_of_damage_is_waited_out_and_a_line_that_damages_all_is_told_as_that() {
+    let mut client = Client::new(Spoiled, Timing { attempts: 10, ..TIMING });
+    let begun = Instant::now();
+    let said = client.hello().unwrap_err();
+    assert!(matches!(said, device::Error::Damaged { attempts: 10, damaged: 10 }), "{said:?}");
+    assert!(said.to_string().starts_with("10 of 10 requests in a row"), "{said}");
+    assert!(begun.elapsed() > Duration::from_millis(400), "{:?}: shorter than many bursts", begun.elapsed());
+    assert_eq!(client.statistics.damaged, 10);
 }
 
 /// A connection of which one end has been recorded.
