@@ -128,12 +128,13 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         let stride = schedule.check(model)?;
         let nodes = NodeMap::new(model, stride.voxels, workspace.nodes)?;
         let (active, modes) = (nodes.active(), model.modes());
-        let previous = if schedule.momentum == 0 { 0 } else { active * modes };
+        let weights = active.saturating_mul(modes);
+        let previous = if schedule.momentum == 0 { 0 } else { weights };
         let layers = nodes.sides()[2];
         let widest = (0..layers).map(|z| nodes.before(z + 1) - nodes.before(z)).max().unwrap_or(0);
         let gradients = gradient_len(Extent { active, widest }, modes);
         let mut fit = Self {
-            weights: first(workspace.weights, active * modes, Buffer::NodeWeights)?,
+            weights: first(workspace.weights, weights, Buffer::NodeWeights)?,
             previous: first(workspace.previous, previous, Buffer::Previous)?,
             residuals: first(workspace.residuals, model.voxels(), Buffer::Residuals)?,
             rows: HullRows::new(model, stride.voxels, workspace.hull_rows)?,
@@ -141,7 +142,7 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
             dense: first(workspace.dense, dense_len(nodes.sides()), Buffer::Dense)?,
             reciprocals: first(workspace.reciprocals, active, Buffer::Reciprocals)?,
             cell: first(workspace.cell, cell_len(modes, stride.voxels), Buffer::Cell)?,
-            half: widest * modes,
+            half: widest.saturating_mul(modes),
             layer_first: 0,
             step_gains: [A::Gain::default(); MAX_MODES as usize],
             gains: [0; MAX_MODES as usize],

@@ -59,7 +59,8 @@ impl Sizes {
         let stride = schedule.check(model)?.voxels;
         let (modes, voxels) = (model.modes(), model.voxels());
         let (Extent { active, widest }, nodes) = (Extent::of(model, stride), model.grid().nodes(stride));
-        let weights = active * modes;
+        // More than a usize can say is more than any memory has.
+        let weights = active.saturating_mul(modes);
         Ok(Self {
             targets: voxels,
             weights,

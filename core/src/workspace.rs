@@ -52,9 +52,10 @@ pub(crate) const fn cell_len(modes: usize, stride: u8) -> usize {
 
 /// Elements of [`Workspace::gradient`], and some behind the last node, so that it can be added to in whole vectors.
 pub(crate) const fn gradient_len(extent: Extent, modes: usize) -> usize {
-    let (group, layers) = (extent.active * GROUP, 2 * extent.widest * modes);
+    let group = extent.active.saturating_mul(GROUP);
+    let layers = extent.widest.saturating_mul(modes).saturating_mul(2);
     let needed = if group > layers { group } else { layers };
-    needed + MARGIN
+    needed.saturating_add(MARGIN)
 }
 
 impl<A: Arithmetic> Workspace<'_, A> {

@@ -13,10 +13,8 @@ use crate::complete::{
 use crate::fit::Fit;
 use crate::io::{self, COMPLETED, PlyOut};
 use crate::mesh::Mesh;
-use crate::{report, unit};
+use crate::{render, report, unit};
 use lacuna::{Fixed, Model, Schedule};
-use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// Complete a scan: without arguments, the example scan with the built-in model.
@@ -182,20 +180,14 @@ impl Complete {
         self.report_path().map_or(Ok(()), |path| inputs::check_report(&path))
     }
 
-    /// Refuses to replace a picture that nobody named, unless the mesh beside it is a completed one.
+    /// Refuses to replace a picture that nobody named, unless a run before this one drew it.
     fn check_own_picture(&self, path: Option<&Path>) -> Result<(), Failure> {
-        let Some(path) = path.filter(|path| self.picture.is_none() && path.exists()) else { return Ok(()) };
-        let mut header = Vec::new();
-        let mesh = File::open(&self.output).map(|file| file.take(HEADER).read_to_end(&mut header));
-        if mesh.is_ok() && String::from_utf8_lossy(&header).contains(&format!("comment {COMPLETED}")) {
-            return Ok(());
-        }
-        let name = path.display();
-        Err(format!(
-            "{name} is there and may be something else's; the picture would replace it: name another one with \
-             --picture, or draw none with --no-picture"
+        let Some(path) = path.filter(|_| self.picture.is_none()) else { return Ok(()) };
+        outputs::own(
+            path,
+            render::MARK,
+            "name another picture with --picture, or draw none with --no-picture",
         )
-        .into())
     }
 
     fn report_path(&self) -> Option<PathBuf> {
@@ -334,9 +326,6 @@ impl Complete {
         Ok(())
     }
 }
-
-/// Within so many bytes of a completed mesh its first comment is.
-const HEADER: u64 = 256;
 
 /// What the file says about itself.
 fn comments(completion: &Completion, model: &Model<'_>) -> Vec<String> {

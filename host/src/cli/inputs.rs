@@ -4,16 +4,19 @@ use super::outputs::Usage;
 use super::{Failure, outputs};
 use crate::check;
 use crate::check::alternatives::Alternative;
+use crate::class;
 use crate::complete::depth_rows::DepthImage;
+use crate::complete::zero_level;
 use crate::io::{self, Loaded};
 use crate::mesh::{Mesh, Point};
 use crate::register::Placed;
 use crate::sentence::sentence;
 use crate::similarity::scale_and_rotation;
-use crate::{size, unit};
+use crate::{report, size, unit};
 use lacuna::Model;
 use lacuna::format::Unit;
 use nalgebra::Matrix4;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// A scan and the model it belongs to, as `complete` and `register` take them.
@@ -145,8 +148,38 @@ pub fn model_bytes(path: Option<&Path>) -> Result<Vec<u8>, Failure> {
 /// The model in these bytes; `path` is for the message.
 pub fn model<'a>(bytes: &'a [u8], path: Option<&Path>) -> Result<Model<'a>, Failure> {
     let name = path.map_or("the built-in model".into(), |p| p.display().to_string());
-    Model::from_bytes(bytes).map_err(|error| sentence(&name, &error).into())
+    let model = Model::from_bytes(bytes).map_err(|error| sentence(&name, &error))?;
+    let needed = zero_level::memory(model.grid().sides(), 1);
+    let limit = io::limit::get();
+    if needed > limit {
+        let [x, y, z] = model.grid().sides();
+        return Err(format!(
+            "{name}: its grid of {x} x {y} x {z} voxels may need {needed} bytes of memory, --max-memory allows {limit}: \
+             allow more, or train with a larger --spacing"
+        )
+        .into());
+    }
+    let spacing = model.header().spacing;
+    if !VOXELS.contains(&spacing) {
+        return Err(format!(
+            "{name}: its voxels are {spacing:e} units long, no class is that small or large"
+        )
+        .into());
+    }
+    // Searches take their steps by it: at a twentieth of what is right they have no end.
+    if !CONSISTENT.contains(&class::mean_growth(&model)) {
+        return Err(
+            format!("{name}: its length scale does not belong to its mean shape; train it again").into()
+        );
+    }
+    Ok(model)
 }
+
+/// Lengths of voxels that are believed, in the model's unit.
+const VOXELS: Range<f32> = 1e-6..1e6;
+/// Roots of a mean shape's area in terms of the shapes' that are believed: models of all kinds of classes 0.94 to 1.03, one
+/// whose mean had closed an opening 1.5.
+const CONSISTENT: Range<f64> = 0.4..2.5;
 
 /// A scan from a file, or the example scan; a cloud without normals gets estimated ones.
 pub fn scan(path: Option<&Path>) -> Result<Loaded, Failure> {
@@ -170,7 +203,8 @@ pub fn check_report(path: &Path) -> Result<(), Failure> {
         return Err(format!("cannot make {folder}: the folder {parent} does not exist").into());
     }
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    outputs::check_folder(folder, &[&*name])
+    outputs::check_folder(folder, &[&*name])?;
+    outputs::own(path, report::MARK, "give --report another folder")
 }
 
 /// Writes a report; its folder is made where it is missing.

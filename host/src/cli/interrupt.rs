@@ -2,13 +2,19 @@
 
 use crate::device::end_emulators;
 use crate::io::atomic;
+#[cfg(unix)]
+use std::sync::Arc;
 
-/// Watches for SIGINT and SIGTERM in a thread of its own; the exit code is 128 and the signal's number.
+/// Watches for SIGINT, SIGTERM and SIGHUP in a thread of its own; the exit code is 128 and the signal's number. A terminal
+/// that is closed ends no run that was started to go on without it (nohup). A file that grows beyond what the system allows
+/// is an error of writing as others are, no end.
 #[cfg(unix)]
 pub fn watch() {
-    use signal_hook::consts::{SIGINT, SIGTERM};
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
+    let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
+    let watched = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|&signal| !is_ignored(signal));
     // Without the thread the signals keep their usual effect, which leaves a temporary file at worst.
-    let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGINT, SIGTERM]) else { return };
+    let Ok(mut signals) = signal_hook::iterator::Signals::new(watched) else { return };
     std::thread::spawn(move || {
         if let Some(signal) = signals.forever().next() {
             atomic::abandon();
@@ -17,6 +23,15 @@ pub fn watch() {
             std::process::exit(128 + signal);
         }
     });
+}
+
+/// Whether the program was started with a signal ignored, where the system tells.
+#[cfg(unix)]
+fn is_ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
 }
 
 /// No signals to watch for here.

@@ -2,6 +2,8 @@
 
 use super::Failure;
 use crate::io::atomic;
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// Wrong usage, which ends with exit code 2.
@@ -45,15 +47,32 @@ pub fn check_folder(folder: &Path, files: &[&str]) -> Result<(), Failure> {
     Ok(made.map_or(Ok(()), atomic::check)?)
 }
 
+/// Bytes at the beginning of a file that tell what made it.
+const HEAD: u64 = 4096;
+
+/// Refuses to replace a file that is there and does not say, by the `mark` of such files, that a run before this one made it.
+/// `instead` is what to do.
+pub fn own(path: &Path, mark: &str, instead: &str) -> Result<(), Failure> {
+    let Ok(file) = File::open(path) else { return Ok(()) };
+    let mut head = Vec::new();
+    let is_file = file.metadata().is_ok_and(|there| there.is_file());
+    let read = is_file && file.take(HEAD).read_to_end(&mut head).is_ok();
+    if !read || head.windows(mark.len()).any(|part| part == mark.as_bytes()) {
+        return Ok(());
+    }
+    let name = path.display();
+    Err(format!("{name} is there and may be something else's; it would be replaced: {instead}").into())
+}
+
 /// Refuses outputs that would overwrite one of the inputs or each other, or whose names say another format.
 pub fn apart(inputs: &[impl AsRef<Path>], outputs: &[Output<'_>]) -> Result<(), Failure> {
     let inputs: Vec<PathBuf> = inputs.iter().filter_map(|path| identity(path.as_ref())).collect();
     for (number, output) in outputs.iter().enumerate() {
         let (option, name) = (output.option, output.path.display());
-        if output.path == Path::new("-") {
+        if is_standard_output(output.path) {
             let format = output.format;
             return usage(format!(
-                "{option} -: results are files, none goes to the standard output: give a name with .{format}"
+                "{option} {name}: results are files, none goes to the standard output: give a name with .{format}"
             ));
         }
         if let Some(other) = other_format(output) {
@@ -72,6 +91,14 @@ pub fn apart(inputs: &[impl AsRef<Path>], outputs: &[Output<'_>]) -> Result<(), 
         }
     }
     Ok(())
+}
+
+/// Whether a path stands for what is printed: between the lines of a report no file would be one.
+fn is_standard_output(path: &Path) -> bool {
+    let names = ["-", "/dev/stdout", "/dev/stderr", "/dev/tty"];
+    let descriptors = ["/dev/fd", "/proc/self/fd"];
+    names.iter().any(|name| path == Path::new(name))
+        || descriptors.iter().any(|folder| path.starts_with(folder))
 }
 
 fn usage(text: String) -> Result<(), Failure> {
@@ -118,6 +145,10 @@ mod tests {
         assert!(said(&twice).unwrap_err().contains("--local-surface and --output are both"));
         assert!(said(&[output("--picture", &result, "png")]).unwrap_err().contains(".png"));
         assert!(said(&[output("--output", Path::new("-"), "ply")]).unwrap_err().contains("standard output"));
+        for printed in ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"] {
+            let printed = [output("--output", Path::new(printed), "ply")];
+            assert!(said(&printed).unwrap_err().contains("standard output"));
+        }
         let nowhere = folder.path().join("no").join("result.ply");
         assert!(said(&[output("--output", &nowhere, "ply")]).unwrap_err().contains("does not exist"));
         assert!(said(&[output("--output", folder.path(), "ply")]).unwrap_err().contains("is a folder"));
@@ -141,6 +172,23 @@ mod tests {
         for closed in ["/proc/new", "/proc/new/below"] {
             assert!(said(Path::new(closed)).unwrap_err().contains("/proc/new"), "{closed}");
         }
+    }
+
+    #[test]
+    fn what_something_else_made_is_not_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("picture.png");
+        let said = || own(&file, "a mark", "name another").map_err(|e| e.to_string());
+        assert_eq!(said(), Ok(()));
+        std::fs::write(&file, b"\x89PNG with a mark in it").unwrap();
+        assert_eq!(said(), Ok(()));
+        for other in [b"\x89PNG of a camera".as_slice(), b""] {
+            std::fs::write(&file, other).unwrap();
+            assert!(said().unwrap_err().ends_with("it would be replaced: name another"), "{other:?}");
+        }
+        assert!(
+            own(folder.path(), "a mark", "").is_ok() && own(Path::new("/dev/null"), "a mark", "").is_ok()
+        );
     }
 
     #[cfg(unix)]

@@ -1,11 +1,13 @@
 //! Training shapes and targets, as `train` and `evaluate` take them: read, checked for themselves and together.
 
+use super::scatter::Scatter;
 use super::{Failure, bar};
 use crate::check::training;
 use crate::io::{self, Loaded, limit};
 use crate::mesh::Mesh;
-use crate::train::align::{self, Align, Aligned};
+use crate::train::align::{self, Align, Aligned, Way};
 use crate::train::{self, grid};
+use crate::unit;
 use lacuna::format::Unit;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -97,8 +99,22 @@ fn name(paths: &[PathBuf], number: usize) -> String {
     paths.get(number).map_or("?".into(), |path| path.display().to_string())
 }
 
+/// What is to be said about how the shapes lie.
+pub(super) fn lay(way: Way, meshes: &[Mesh], paths: &[PathBuf], unit: Unit) -> Result<Vec<String>, Failure> {
+    match way {
+        // In one pose already they lie together.
+        Way::Drawn(_) => Ok(vec![]),
+        Way::Kept(far) => Ok(vec![format!(
+            "the shapes lie in one pose and were left as they lie: drawn to their mean they would have been moved by {}, as \
+             shapes are whose rims end at different places; --align never trains on them without a try",
+            Scatter::from(far).sentence(unit::symbol(unit))
+        )]),
+        Way::Left | Way::Searched => strangers(meshes, paths),
+    }
+}
+
 /// A sentence for every shape that does not lie where the first one does, although they are trained on together.
-pub(super) fn strangers(meshes: &[Mesh], paths: &[PathBuf]) -> Result<Vec<String>, Failure> {
+fn strangers(meshes: &[Mesh], paths: &[PathBuf]) -> Result<Vec<String>, Failure> {
     let tell = |(number, overlap): (usize, f64)| {
         let name = name(paths, number);
         format!(

@@ -16,6 +16,9 @@ use std::path::{Path, PathBuf};
 const SCANNABLE: &str = "it wants a mesh in millimetres, some decimetres large at most, its front towards +z and its \
                          triangles counter-clockwise from outside";
 
+/// What the description of a scan says of who made it.
+const MAKER: &str = "lacuna synth";
+
 /// Make heads and scans of the built-in shape class.
 #[derive(Args)]
 pub struct Synth {
@@ -139,7 +142,7 @@ impl Heads {
         })?;
         progress.finish_and_clear();
         if common.json {
-            say(&json!({ "folder": self.folder, "heads": self.count }).to_string());
+            say(&json!({ "folder": self.folder.display().to_string(), "heads": self.count }).to_string());
         } else {
             say(&format!("{} heads in {}", self.count, self.folder.display()));
         }
@@ -177,11 +180,15 @@ impl OneScan {
         Ok(())
     }
 
-    /// Refuses a folder whose files would overwrite the mesh that is scanned.
+    /// Refuses a folder whose files would overwrite the mesh that is scanned, or a scan of something else's.
     fn check_outputs(&self) -> Result<(), Failure> {
         let paths = ["truth.ply", "mesh.ply", "points.ply"].map(|name| self.folder.join(name));
         let files = paths.each_ref().map(|path| Output { option: "the file", path, format: "ply" });
-        outputs::apart(self.mesh.as_slice(), &files)
+        outputs::apart(self.mesh.as_slice(), &files)?;
+        let description = self.folder.join("scan.json");
+        let there = paths.iter().find(|path| path.exists()).filter(|_| !description.exists());
+        let told = there.unwrap_or(&description);
+        outputs::own(told, &format!("\"made_by\": \"{MAKER}\""), "name another folder")
     }
 
     /// What is around it.
@@ -228,6 +235,7 @@ impl OneScan {
             })
         });
         let info = json!({
+            "made_by": MAKER,
             "name": self.name(),
             "ground_truth_mesh": self.truth_path(),
             "camera": camera,

@@ -4,14 +4,17 @@ use super::outputs::{self, Output, Usage};
 use super::shapes::{self, Shapes};
 use super::trained::{LeaveOneOut, Made, Report};
 use super::{Common, Failure, bar, inputs, say};
+use crate::class;
 use crate::io;
 use crate::mesh::Mesh;
+use crate::quantile::median;
 use crate::sentence::sentence;
-use crate::train::align::{Align, Way};
+use crate::train::align::Align;
 use crate::train::calibration::{Trained, train_calibrated};
 use crate::train::held_out::{FEWEST, HeldOut};
 use crate::train::{Footprint, Limits, Settings, leave_one_out};
-use crate::unit;
+use crate::{size, unit};
+use lacuna::Model;
 use lacuna::format::{MAX_MODES, Unit};
 use std::path::{Path, PathBuf};
 
@@ -58,8 +61,8 @@ pub struct Train {
     /// How training distances are measured: exact, or along lines of sight (for scans and folded meshes)
     #[arg(long, default_value = "exact", value_parser = distances)]
     distances: crate::train::Distances,
-    /// Complete every shape by the model of the others, from partial scans of it, and show how far off its unseen part
-    /// comes out
+    /// Complete every shape by the model of the others, from partial scans of it in a pose that is known roughly, and show how
+    /// far off its unseen part comes out
     #[arg(long)]
     leave_one_out: bool,
     /// Leave out several shapes at a time, so that only this many other models are trained
@@ -133,16 +136,15 @@ impl Train {
         }
         let settings = Settings { class: self.class.clone().unwrap_or_else(|| folder(&paths)), ..settings };
         let aligned = shapes::aligned(&shapes, &paths, (self.align, self.seed))?;
-        // In one pose already they lie together.
-        if !matches!(aligned.way, Way::Drawn(_)) {
-            notes.extend(shapes::strangers(&aligned.shapes, &paths)?);
-        }
+        notes.extend(shapes::lay(aligned.way, &aligned.shapes, &paths, settings.unit)?);
         let settings = Settings { apart: aligned.way.apart(), ..settings };
         let trained = self.train(&aligned.shapes, &settings).map_err(|error| match error {
             crate::train::Error::NoSurface(n) => shapes::named(&paths, n, &error),
             other => other.into(),
         })?;
         let model = inputs::model(&trained.file, Some(&self.output))?;
+        notes.extend(coarse(&model, &aligned.shapes));
+        notes.extend(grown(&model));
         io::atomic::write(&self.output, |file| file.write_all(&trained.file))?;
         let table = self.leave_one_out.then(|| table(&trained, &paths));
         let seconds = start.elapsed().as_secs_f64();
@@ -191,6 +193,36 @@ impl Train {
             ..Settings::default()
         }
     }
+}
+
+/// Voxels along the shapes' longest side below which nothing of a class is left: heads of 24 cm at the coarsest 16.
+const FEWEST_VOXELS: f64 = 12.0;
+
+/// What is said of a model whose voxels are that coarse.
+fn coarse(model: &Model<'_>, shapes: &[Mesh]) -> Option<String> {
+    let longest = median(shapes.iter().map(size::of_mesh).collect())?;
+    let voxels = longest / f64::from(model.header().spacing);
+    (voxels < FEWEST_VOXELS).then(|| {
+        format!(
+            "the shapes are {voxels:.0} voxels long: parts thinner than two are lost; choose a smaller --spacing, or allow \
+             more flash and RAM"
+        )
+    })
+}
+
+/// Root of the mean shape's area in terms of the shapes' from which that is told: 0.94 to 1.03 in models of all kinds of classes.
+const GROWN: f64 = 1.2;
+
+/// What is said of a model whose mean has a surface where the shapes have none.
+fn grown(model: &Model<'_>) -> Option<String> {
+    let growth = class::mean_growth(model);
+    (growth > GROWN).then(|| {
+        format!(
+            "the mean shape has {:.1} times the area of the shapes: they do not lie in one pose, or their rims end at \
+             different places; look at it with `inspect --modes`, and give shapes in one pose with --align never",
+            growth * growth
+        )
+    })
 }
 
 fn table(trained: &Trained, paths: &[PathBuf]) -> LeaveOneOut {

@@ -25,6 +25,7 @@ pub mod start;
 pub mod unfold;
 pub mod unsettled;
 pub mod verdict;
+pub mod viewable;
 pub mod zero_level;
 
 use crate::fit::{Fit, fit};
@@ -248,6 +249,7 @@ fn judge(
         seen_rms: agreement.rms / f64::from(placed.pose.scale),
         inferred_share: inferred / f64::max(total, f64::MIN_POSITIVE),
         inferred_area: inferred,
+        viewable_share: viewable::share(&merged.mesh),
         weight_norm: weight_norm(fit.global.iter().copied()),
         scale: placed.size(model),
         pose_inliers: [used * inliers, start.known.runner_up],

@@ -46,6 +46,8 @@ pub struct Evidence {
     pub inferred_share: f64,
     /// Inferred area.
     pub inferred_area: f64,
+    /// Share of the completed surface that one view can show at most.
+    pub viewable_share: f64,
     /// Root mean square of the global weights, standard deviations: about 1 for a typical shape.
     pub weight_norm: f64,
     /// Scan units a model unit: 1 for a scan in true size.
@@ -102,15 +104,16 @@ const MISSED: f64 = 1.0;
 const LAYERS: f64 = 1.0;
 /// Root mean square weight, standard deviations, from which a shape is none of the class: nine scans 1.0 at most.
 const ODD: f64 = 4.0;
-/// Share of inferred surface from which that is told: 0.69 at most in nine scans of faces.
-const MUCH_INFERRED: f64 = 0.8;
+/// Where less of the surface was seen than this share of what one view can show of it, that is told: nine scans of faces
+/// 0.59 and more, a vertebra from one side 0.28 to 0.31.
+const LITTLE_SEEN: f64 = 0.31;
 /// A pose beside which another one explains more than this share of what it explains may be the wrong one of them. The other
 /// one explains 0.36 to 0.50 beside the right poses of nine scans of faces, 0.67 at most of single views of others and of
 /// femurs, 0.56 to 0.88 on eight parts of a raw head with shoulders, and 0.94 to 1.0 on ten mugs from the side, be they right
 /// or upside down.
 const AMBIGUOUS: f64 = 0.9;
-/// Share of inferred surface beyond which too little was seen: 0.87 for a patch of 40 mm.
-const MOST_INFERRED: f64 = 0.86;
+/// Where less than this share was seen, it is too little: a patch of 40 mm of a face 0.2.
+const LEAST_SEEN: f64 = 0.22;
 
 /// Deviation of the surface beyond which what was not seen is hardly known, class millimetres. Nine scans of faces:
 /// 2.3 to 2.7 at a missing part's rms of 3.0 mm at most; six heads from the front 1.5 to 1.6, from the side 2.0 to 2.2 at
@@ -305,10 +308,15 @@ impl Evidence {
     }
 
     fn judge_unseen(&self, findings: &mut Findings, millimetre: f64, unit: &str) {
+        let seen = (1.0 - self.inferred_share) / self.viewable_share;
         findings.add(
-            self.inferred_share > MUCH_INFERRED,
-            if self.inferred_share > MOST_INFERRED { Grade::Reject } else { Grade::Check },
-            format!("{} of the surface is inferred", percent(self.inferred_share)),
+            seen < LITTLE_SEEN,
+            if seen < LEAST_SEEN { Grade::Reject } else { Grade::Check },
+            format!(
+                "{} of the surface is inferred, of which one view can show {}",
+                percent(self.inferred_share),
+                percent(self.viewable_share)
+            ),
         );
         let loose = self.spread.map_or(0.0, |spread| spread.surface);
         findings.add(
@@ -343,6 +351,7 @@ mod tests {
             seen_rms: 0.2,
             inferred_share: 0.5,
             inferred_area: 1.0,
+            viewable_share: 0.62,
             weight_norm: 1.1,
             scale: 1.0,
             pose_inliers: [0.9, 0.4],
@@ -379,6 +388,14 @@ mod tests {
         assert_eq!(grades, expected, "a face with much hair, hair alone, a pose that was given");
         let half_a_sphere = Evidence { pose_inliers: [0.24, 0.29], ..of(Some(0.94), 1.1) };
         assert_eq!(half_a_sphere.judged(1.0, "mm").grade, Grade::Reject, "an exact fit, as another is");
+        let patch = |inferred_share, viewable_share| {
+            Evidence { inferred_share, viewable_share, ..typical() }.judged(1.0, "mm").grade
+        };
+        assert_eq!(
+            [0.69, 0.82, 0.87].map(|inferred| patch(inferred, 0.62)),
+            [Grade::Good, Grade::Check, Grade::Reject]
+        );
+        assert_eq!(patch(0.88, 0.42), Grade::Check, "of a closed shape one view shows less");
         let other = Evidence { inlier_share: 0.3, ..typical() }.judged(1.0, "mm");
         assert_eq!((other.grade, other.reasons.len()), (Grade::Reject, 1));
         let odd = Evidence { inlier_share: 0.7, seen_rms: 2.0, scale: 2.0, inferred_share: 0.9, ..typical() };

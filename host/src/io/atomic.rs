@@ -2,7 +2,7 @@
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::{Path, PathBuf, is_separator};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::error::Error;
@@ -61,6 +61,11 @@ fn target(path: &Path) -> io::Result<Target> {
         Ok(there) => {
             Ok(Target::Replaced { path: fs::canonicalize(path)?, permissions: Some(there.permissions()) })
         }
+        // A folder that is not there yet.
+        Err(_) if path.as_os_str().as_encoded_bytes().last().is_some_and(|&end| is_separator(end.into())) => {
+            Err(io::ErrorKind::IsADirectory.into())
+        }
+        Err(error) if error.kind() == io::ErrorKind::InvalidFilename => Err(error),
         Err(_) => Ok(Target::Replaced { path: followed(path), permissions: None }),
     }
 }
@@ -143,7 +148,13 @@ impl Temporary {
     /// Gives the file its name, which an end on request waits for.
     fn rename(self, target: &Path) -> io::Result<()> {
         let _waiting = list();
-        fs::rename(self.file.path(), target)
+        match fs::rename(self.file.path(), target) {
+            // A file that is mounted by itself cannot be replaced, only written.
+            Err(error) if error.kind() == io::ErrorKind::ResourceBusy => {
+                fs::copy(self.file.path(), target).map(drop)
+            }
+            renamed => renamed,
+        }
     }
 }
 
@@ -323,6 +334,8 @@ mod tests {
             (path, "access is denied"),
             (folder.path().to_path_buf(), "this is a folder"),
             (folder.path().join("no/a.txt"), "create the folder first"),
+            (folder.path().join("new/"), "this is a folder"),
+            (folder.path().join("a".repeat(300)), "the name is too long"),
         ] {
             let message = check(&path).unwrap_err().to_string();
             assert!(message.contains(cause), "{message}");

@@ -241,6 +241,10 @@ fn writing(cause: &io::Error) -> String {
             "the disk is full; free some space or choose another folder".into()
         }
         io::ErrorKind::IsADirectory => "this is a folder; name a file in it".into(),
+        io::ErrorKind::InvalidFilename => "the name is too long; give a shorter one".into(),
+        io::ErrorKind::FileTooLarge => {
+            "it would be larger than files may be here; allow larger ones (ulimit -f)".into()
+        }
         io::ErrorKind::WouldBlock => {
             "another run writes into it; wait for its end, or choose another folder".into()
         }

@@ -16,6 +16,9 @@ pub struct Image {
     pub rgb: Vec<u8>,
 }
 
+/// What stands at the beginning of every picture, so that it is known as one.
+pub const MARK: &str = "Software\0lacuna";
+
 impl Image {
     /// An empty sheet of paper.
     pub fn blank(width: usize, height: usize) -> Self {
@@ -87,6 +90,7 @@ impl Image {
         encoder.set_depth(BitDepth::Eight);
         encoder.set_compression(compression);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        encoder.add_text_chunk("Software".into(), "lacuna".into())?;
         encoder.write_header()?.write_image_data(&self.rgb)?;
         Ok(bytes)
     }

@@ -11,7 +11,7 @@ mod raster;
 mod shade;
 
 pub use camera::Camera;
-pub use image::{Image, PAPER};
+pub use image::{Image, MARK, PAPER};
 pub use light::CLAY;
 
 use crate::mesh::{Mesh, Point};

@@ -13,6 +13,7 @@ mod scene;
 mod table;
 
 pub use completion::Subject;
+pub use page::MARK;
 
 /// The command line of this process, quoted so that a POSIX shell takes it as it was.
 pub fn command_line() -> String {

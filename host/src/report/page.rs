@@ -18,6 +18,9 @@ pub struct Page<'a> {
     pub scene: Option<&'a str>,
 }
 
+/// What stands at the beginning of every report, so that it is known as one.
+pub const MARK: &str = "<meta name=\"generator\" content=\"lacuna\">";
+
 impl Page<'_> {
     /// The whole file.
     pub fn html(&self) -> String {
@@ -30,7 +33,7 @@ impl Page<'_> {
         format!(
             "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n\
-             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+             {MARK}\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
              <meta name=\"color-scheme\" content=\"light dark\">\n\
              <link rel=\"icon\" href=\"data:,\">\n\
              <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{}</main>\n\

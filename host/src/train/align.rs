@@ -48,6 +48,8 @@ pub enum Way {
     Left,
     /// They were in one already, and drawn to their mean: so far.
     Drawn(Option<Apart>),
+    /// They were in one already, but being drawn to their mean ran away, so far; they were left as they lay.
+    Kept(Apart),
     /// By a search.
     Searched,
 }
@@ -57,7 +59,7 @@ impl Way {
     pub const fn apart(self) -> Option<Apart> {
         match self {
             Self::Drawn(apart) => apart,
-            Self::Left | Self::Searched => None,
+            Self::Kept(_) | Self::Left | Self::Searched => None,
         }
     }
 }
@@ -107,6 +109,10 @@ const GATE: f64 = 0.1;
 /// Median distance, share of the size, and overlap within which shapes count as in one pose. Among 90 aligned
 /// faces the largest differs from the first by 0.051 with an overlap of 0.86.
 const SAME_POSE: (f64, f64) = (0.06, 0.6);
+/// Turn about each axis beyond which shapes in one pose are not drawn to their mean, root mean square, radians (12 degrees).
+/// Faces, insoles and vertebrae are turned by 1.2 degrees, caps of skulls by 6.5. Caps whose rims end at different places,
+/// which hardly hold a pose by themselves, ran away by 35 degrees, and their mean closed.
+const RUNAWAY: f32 = 0.21;
 /// Effort of the coarse search: the best candidate alone is looked at further.
 const EFFORT: Effort = Effort { draws: 1500, kept: 24, candidates: 1 };
 /// Share of a shape's area that its pose must explain, at least.
@@ -136,7 +142,7 @@ pub fn align(
         let mut motions = still;
         towards_mean(&prepared, &mut motions);
         keep_frame(shapes, &mut motions);
-        return Ok(moved(shapes, motions, Way::Drawn));
+        return Ok(drawn_or_kept(shapes, motions));
     }
     let mut motions = searched(shapes, &prepared, seed, progress)?;
     towards_mean(&prepared, &mut motions);
@@ -200,6 +206,14 @@ fn inside_out<T>(
 
 fn inverted(points: &OrientedPoints) -> OrientedPoints {
     OrientedPoints { points: points.points.clone(), normals: points.normals.iter().map(|n| -n).collect() }
+}
+
+/// Shapes in one pose, drawn to their mean by these motions unless those ran away.
+fn drawn_or_kept(shapes: &[Mesh], motions: Vec<Similarity3<f64>>) -> Aligned {
+    let far = apart(shapes, &motions).filter(|apart| apart.turn > RUNAWAY);
+    let Some(far) = far else { return moved(shapes, motions, Way::Drawn) };
+    let still = vec![Similarity3::identity(); shapes.len()];
+    Aligned { shapes: shapes.to_vec(), motions: still, way: Way::Kept(far) }
 }
 
 fn moved(shapes: &[Mesh], motions: Vec<Similarity3<f64>>, way: impl FnOnce(Option<Apart>) -> Way) -> Aligned {
@@ -274,6 +288,7 @@ fn prepared((mesh, side): (&Mesh, &Side)) -> Shape {
 mod tests {
     use super::*;
     use crate::check::alternatives::Alternative;
+    use crate::mesh::Vector;
     use crate::surface::shapes::sheet;
     use crate::synth::Head;
 
@@ -289,6 +304,25 @@ mod tests {
         assert!(matches!(first, Error::OddFirst { unlike: 3, others: 3 }), "{first}");
         assert!(matches!(refused(&[a.clone(), b, plane.clone()]), Error::NoMatch { number: 2, .. }));
         assert!(matches!(refused(&[a, plane]), Error::NoMatch { number: 1, .. }));
+    }
+
+    #[test]
+    fn shapes_in_one_pose_that_run_away_from_it_are_left_as_they_lie() {
+        let shapes = [sheet(10), sheet(12)];
+        let turned = |degrees: f64| {
+            let turn = |sign: f64| Vector::new(1.0, 1.0, 1.0) * (sign * degrees.to_radians());
+            [-1.0, 1.0].map(|sign| Similarity3::new(Vector::zeros(), turn(sign), 1.0)).to_vec()
+        };
+        let drawn = drawn_or_kept(&shapes, turned(6.0));
+        assert!(matches!(drawn.way, Way::Drawn(Some(_))) && drawn.shapes[0] != shapes[0], "{:?}", drawn.way);
+        let kept = drawn_or_kept(&shapes, turned(30.0));
+        assert!(
+            matches!(kept.way, Way::Kept(far) if (far.turn.to_degrees() - 30.0).abs() < 0.01),
+            "{:?}",
+            kept.way
+        );
+        assert_eq!((kept.shapes.as_slice(), kept.way.apart()), (shapes.as_slice(), None));
+        assert!(kept.motions.iter().all(|motion| *motion == Similarity3::identity()));
     }
 
     #[test]

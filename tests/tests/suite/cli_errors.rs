@@ -1,8 +1,10 @@
 //! What the program does with data it cannot use: a sentence that names the file, exit code 1, no file left.
 
+use lacuna::Model;
+use lacuna::format::{CHECKSUM_AT, PREFIX, checksum};
 use lacuna_host::io::{Format, PlyOut, parse, write_ply};
 use lacuna_host::mesh::Vector;
-use lacuna_tests::program::{files, json, lacuna, path, refuses};
+use lacuna_tests::program::{files, json, lacuna, path, refuses, succeeds};
 use std::path::Path;
 use tempfile::{TempDir, tempdir};
 
@@ -90,6 +92,27 @@ fn a_model_with_a_flipped_bit_is_refused() {
         &refuses(folder.path(), &["complete", "-m", "flipped.lacuna"]),
         &["flipped.lacuna", "damaged"],
     );
+}
+
+#[test]
+fn a_model_whose_length_scale_does_not_belong_to_its_shape_is_refused() {
+    let mut bytes = lacuna_fixtures::MODEL.to_vec();
+    let scales = Model::from_bytes(lacuna_fixtures::MODEL).unwrap().header().scales;
+    let own = scales.millimetre.to_le_bytes();
+    let at = bytes.windows(4).position(|window| window == own).unwrap();
+    bytes[at..at + 4].copy_from_slice(&0.05f32.to_le_bytes());
+    let sum = checksum(&bytes);
+    bytes[CHECKSUM_AT..PREFIX].copy_from_slice(&sum.to_le_bytes());
+    assert_eq!(Model::from_bytes(&bytes).unwrap().header().scales.millimetre, 0.05);
+    let folder = folder_with("scaled.lacuna", &bytes);
+    for command in ["complete", "register"] {
+        assert_says(
+            &refuses(folder.path(), &[command, "-m", "scaled.lacuna"]),
+            &["scaled.lacuna", "length scale"],
+        );
+    }
+    let little = ["complete", "--max-memory", "1M", "--no-picture"];
+    assert_says(&refuses(folder.path(), &little), &["--max-memory allows 1048576"]);
 }
 
 #[test]
@@ -191,8 +214,11 @@ fn an_output_that_cannot_be_written_is_found_before_any_work() {
     std::fs::set_permissions(&kept, permissions).unwrap();
     std::fs::copy(&kept, here.join("kept.lacuna")).unwrap();
     std::fs::create_dir_all(here.join("reports/new.html")).unwrap();
-    let wrong: [(&[&str], &str); 5] = [
+    let long = format!("{}.lacuna", "x".repeat(300));
+    let wrong: [(&[&str], &str); 7] = [
         (&["complete", "nowhere.ply", "-o", "kept.ply"], "kept.ply: access is denied"),
+        (&["complete", "nowhere.ply", "-o", "new/"], "new/: this is a folder"),
+        (&["train", "heads", "-o", &long], "the name is too long"),
         (
             &["complete", "nowhere.ply", "-o", "new.ply", "--local-surface", "kept.ply"],
             "kept.ply: access is denied",
@@ -205,6 +231,28 @@ fn an_output_that_cannot_be_written_is_found_before_any_work() {
         assert_says(&refuses(here, arguments), &[reason]);
     }
     assert_eq!(std::fs::read(&kept).unwrap(), b"an older result");
+}
+
+#[test]
+fn what_something_else_made_is_not_replaced_by_a_file_that_nobody_named() {
+    let folder = folder_with("done.html", b"somebody's page");
+    let here = folder.path();
+    succeeds(here, &["synth", "scan", "a", "--small"]);
+    succeeds(here, &["synth", "scan", "a", "--small"]);
+    let depth = std::fs::read(here.join("a/depth.png")).unwrap();
+    // The mesh beside it is a completed one.
+    succeeds(here, &["complete", "a", "-o", "a/depth.ply", "--no-picture"]);
+    assert_says(&refuses(here, &["complete", "-o", "a/depth.ply"]), &["a/depth.png is there", "--picture"]);
+    assert_eq!(std::fs::read(here.join("a/depth.png")).unwrap(), depth);
+    let page = ["complete", "-o", "done.ply", "--no-picture", "--report", "."];
+    assert_says(&refuses(here, &page), &["done.html is there", "another folder"]);
+    assert_eq!(std::fs::read(here.join("done.html")).unwrap(), b"somebody's page");
+    std::fs::create_dir(here.join("mine")).unwrap();
+    std::fs::copy(here.join("a/mesh.ply"), here.join("mine/mesh.ply")).unwrap();
+    assert_says(&refuses(here, &["synth", "scan", "mine"]), &["mesh.ply is there", "another folder"]);
+    let mine = ["complete", "-o", "mine.ply", "--report", "reports"];
+    succeeds(here, &mine);
+    succeeds(here, &mine);
 }
 
 #[test]

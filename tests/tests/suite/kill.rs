@@ -49,12 +49,14 @@ fn jobs() -> Vec<Job> {
 enum End {
     Force,
     Request,
+    /// As when its terminal is closed.
+    Hangup,
 }
 
 /// Ways to end a job: how, and whether while a file is being written. The last one, which is also the last of a job, may leave
 /// temporary files.
 const WAYS: [(End, bool); 4] =
-    [(End::Force, false), (End::Request, false), (End::Request, true), (End::Force, true)];
+    [(End::Force, false), (End::Request, false), (End::Hangup, true), (End::Force, true)];
 
 /// Starts a job, waits, or waits until it writes, and ends it.
 fn killed(folder: &Path, job: &Job, wait: Duration, (end, writing): (End, bool)) {
@@ -77,12 +79,13 @@ fn killed(folder: &Path, job: &Job, wait: Duration, (end, writing): (End, bool))
             break;
         }
     }
-    if end == End::Force {
-        let _ = child.kill();
-    } else {
-        let id = child.id().to_string();
-        let _ = Command::new("kill").args(["-TERM", &id]).stderr(Stdio::null()).status();
-    }
+    let signal = match end {
+        End::Force => "-KILL",
+        End::Request => "-TERM",
+        End::Hangup => "-HUP",
+    };
+    let id = child.id().to_string();
+    let _ = Command::new("kill").args([signal, &id]).stderr(Stdio::null()).status();
     child.wait().expect("it ends");
 }
 

@@ -13,7 +13,7 @@ use crate::evaluate::{
 };
 use crate::io;
 use crate::train;
-use crate::train::align::{Align, Aligned, Way};
+use crate::train::align::{Align, Aligned};
 use crate::{report, unit};
 use lacuna::format::Unit;
 use method::Switches;
@@ -103,10 +103,8 @@ impl Evaluate {
         let mut notes: Vec<String> = shapes.notes.iter().chain(&targets.notes).cloned().collect();
         let counts = self.counts(shapes.meshes.len())?;
         let Aligned { shapes: aligned, way, .. } =
-            shapes::aligned(&shapes.meshes, &shapes.paths, (self.align_mode(), 1))?;
-        if !matches!(way, Way::Drawn(_)) {
-            notes.extend(shapes::strangers(&aligned, &shapes.paths)?);
-        }
+            shapes::aligned(&shapes.meshes, &shapes.paths, (self.align_mode(), self.seed))?;
+        notes.extend(shapes::lay(way, &aligned, &shapes.paths, self.unit)?);
         let limit = MISSED * class::millimetre(&aligned);
         let mut evaluation = Evaluation::new(aligned, named(targets)?);
         if self.ablation {
