@@ -261,7 +261,7 @@ impl Evidence {
         let is_exact = |exactness| is_exact(exactness, self.weight_norm, self.pose_inliers);
         let exact = self.exactness.is_some_and(is_exact);
         let (grade, guess) = if exact {
-            (Grade::Check, "hair, clothes, or another kind of object?")
+            (Grade::Check, "much of something else (hair, clothes, a table), or another kind of object?")
         } else {
             (Grade::Reject, "another kind of object?")
         };

@@ -3,7 +3,6 @@
 use super::choice::Size;
 use super::{Footprint, Limits};
 use crate::sentence::sentence;
-use crate::unit::digits;
 
 /// Why training is refused.
 #[derive(Debug, thiserror::Error)]
@@ -60,11 +59,11 @@ pub enum Error {
     NoBand,
     /// No plane the shapes are symmetric about.
     #[error(
-        "the shapes are not symmetric: their best mirror images lie {} off in the root mean square, at most {} are \
-         allowed; train without --symmetric", digits(*deviation, 3), digits(*limit, 3)
+        "the shapes are not symmetric: their best mirror images lie {:.1} % of their size off in the root mean square, at most \
+         {:.1} % are allowed; train without --symmetric", 100.0 * deviation, 100.0 * limit
     )]
     NotSymmetric {
-        /// Root mean square distance of the mirror images, in the shapes' unit.
+        /// Root mean square distance of the mirror images, a share of the shapes' size.
         deviation: f64,
         /// Largest one allowed.
         limit: f64,

@@ -78,9 +78,8 @@ pub fn find(shapes: &[Mesh], surfaces: &[Surface]) -> Result<Plane, Error> {
     let [x, y, z] = [0, 1, 2].map(|axis| moved(start(axis), &samples, middle, size));
     let better = |a: Plane, b: Plane| if b.deviation < a.deviation { b } else { a };
     let best = better(better(x, y), z);
-    let limit = LARGEST * size;
-    if best.deviation > limit {
-        return Err(Error::NotSymmetric { deviation: best.deviation, limit });
+    if best.deviation > LARGEST * size {
+        return Err(Error::NotSymmetric { deviation: best.deviation / size, limit: LARGEST });
     }
     Ok(upright(best))
 }
