@@ -11,8 +11,15 @@ use crate::uncertainty::posterior::Posterior;
 /// Rings over which a vertex beyond the stored voxels takes the deviations of its neighbours.
 const RINGS: usize = 60;
 
-/// The cues of a completed mesh; `hidden` is what its scan is off without showing it, voxels.
-pub fn cues(posterior: &Posterior<'_>, placed: &Placed, merged: &Merged, hidden: f32) -> Vec<Cue> {
+/// The cues of a completed mesh; `hidden` is what its scan is off without showing it, voxels. Vertices count as measured up
+/// to `sideways` of the scan, in its unit: those behind them are so much farther from it.
+pub fn cues(
+    posterior: &Posterior<'_>,
+    placed: &Placed,
+    merged: &Merged,
+    hidden: f32,
+    sideways: f32,
+) -> Vec<Cue> {
     let place = |p| placed.to_model(p).coords.map(|c| c as f32).into();
     let places: Vec<[f32; 3]> = merged.mesh.points.iter().map(place).collect();
     let deviations = filled(&merged.mesh, posterior.at_all(&places));
@@ -26,13 +33,18 @@ pub fn cues(posterior: &Posterior<'_>, placed: &Placed, merged: &Merged, hidden:
         Cue {
             measured: merged.labels[v] == MEASURED,
             posterior: deviations[v],
-            away: scale * if way.is_finite() { way.max(straight) } else { straight },
+            away: scale * away(way, straight, sideways),
             height: scale * merged.heights[v],
             hidden,
             factor: factors.at(places[v]),
         }
     };
     (0..places.len()).map(cue).collect()
+}
+
+/// How far a vertex is from what was measured: along the surface, or straight to the scan where no way leads to it.
+fn away(way: f32, straight: f32, sideways: f32) -> f32 {
+    if way.is_finite() { straight.max(way + sideways) } else { straight }
 }
 
 /// Beyond the stored voxels the mean of the neighbours', ring by ring; the largest of all where there are none.
@@ -62,6 +74,13 @@ fn filled(mesh: &Mesh, mut found: Vec<Option<f32>>) -> Vec<f32> {
 mod tests {
     use super::*;
     use crate::surface::shapes::sheet;
+
+    #[test]
+    fn behind_a_cloud_whose_border_is_stretched_it_is_as_far_as_behind_a_mesh() {
+        assert_eq!([away(0.5, 1.9, 1.5), away(2.0, 1.9, 0.0)], [2.0; 2]);
+        assert_eq!(away(4.0, 5.0, 0.0), 5.0, "round a corner");
+        assert_eq!(away(f32::INFINITY, 7.0, 1.5), 7.0, "a piece by itself");
+    }
 
     #[test]
     fn what_is_unknown_is_taken_from_the_neighbours() {

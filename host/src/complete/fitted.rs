@@ -98,13 +98,19 @@ impl<'m> Fitted<'m> {
 
     /// What is known at each vertex of the completed mesh about its error, where views of the scan are so many of its units
     /// apart.
-    pub fn cues(&self, model: &Model<'_>, scan: &Mesh, layers: Option<f64>, merged: &Merged) -> Vec<Cue> {
+    pub fn cues(
+        &self,
+        model: &Model<'_>,
+        scan: &Mesh,
+        (layers, sideways): (Option<f64>, Option<f64>),
+        merged: &Merged,
+    ) -> Vec<Cue> {
         let Some(posterior) = &self.posterior else { return vec![] };
         let unit = self.placed.class_millimetre(model);
         let layers = layers.map(|apart| apart / unit);
         let views = hidden::error(&self.points.normals, layers) * model.header().scales.millimetre;
         let between = coarse::error(scan, unit) as f32 * self.placed.pose.scale;
-        cues(posterior, &self.placed, merged, libm::hypotf(views, between))
+        cues(posterior, &self.placed, merged, libm::hypotf(views, between), sideways.unwrap_or(0.0) as f32)
     }
 
     /// How the points, of `all` in the scan, lie on the surface of the local fit.

@@ -189,7 +189,7 @@ pub fn complete_by(
     let limits = Limits { motion: MOTION * unit, sideways: measured.sideways, step: STEP * unit };
     let merged = merge::merge(&whole, &measured.surface, &limits);
     let clutter = Clutter::of(&scan, &merged.mesh, APART * unit);
-    let cues = fitted.cues(model, &scan, layers, &merged);
+    let cues = fitted.cues(model, &scan, (layers, measured.sideways), &merged);
     let left = noise.map_or(0.0, |noise| noise.after as f32);
     let expected = Expected::new(&cues, model, placed.pose.scale, left);
     let expected_shares = shares(&expected.errors, &|v| merged.labels[v] == MEASURED);
