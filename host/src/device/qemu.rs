@@ -1,6 +1,7 @@
 //! A firmware in QEMU, started on the spot.
 
 use super::Link;
+use clap::ValueEnum;
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
 use std::net::{TcpListener, TcpStream};
@@ -107,14 +108,27 @@ impl Machine {
         }
     }
 
-    /// Whether a file is a program for its kind of processor, by the head of the ELF format.
+    /// Whether a file is a program for its kind of processor, by the head of the ELF format, and, as far as its symbols tell,
+    /// not one of the other machines'.
     fn runs(self, path: &Path) -> io::Result<bool> {
         const ARM: u16 = 40;
         const RISCV: u16 = 243;
-        let mut head = Vec::new();
-        File::open(path)?.take(20).read_to_end(&mut head)?;
+        let mut file = File::open(path)?;
+        let mut program = Vec::new();
+        (&mut file).take(20).read_to_end(&mut program)?;
         let processor = if matches!(self, Self::Riscv) { RISCV } else { ARM };
-        Ok(head.starts_with(b"\x7fELF") && head.ends_with(&processor.to_le_bytes()))
+        if !program.starts_with(b"\x7fELF") || !program.ends_with(&processor.to_le_bytes()) {
+            return Ok(false);
+        }
+        file.read_to_end(&mut program)?;
+        let others = Self::value_variants().iter().any(|other| *other != self && other.is_named_in(&program));
+        Ok(self.is_named_in(&program) || !others)
+    }
+
+    /// Whether the symbols of a program name its package: its firmware's do unless they were stripped.
+    fn is_named_in(self, program: &[u8]) -> bool {
+        let name = format!("lacuna_{}::", self.folder());
+        program.windows(name.len()).any(|part| part == name.as_bytes())
     }
 
     /// Where its firmware is built, from the workspace's folder.
@@ -212,4 +226,28 @@ fn find(program: &str) -> Option<PathBuf> {
     let path = std::env::var_os("PATH").unwrap_or_default();
     let home = std::env::home_dir().map(|home| home.join(".local/share/bare/bin"));
     std::env::split_paths(&path).chain(home).map(|folder| folder.join(program)).find(|path| path.is_file())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_program_for_another_processor_or_machine_is_told_from_one_without_a_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("firmware");
+        let runs = |program: &[u8]| {
+            std::fs::write(&path, program).unwrap();
+            Machine::value_variants().iter().map(|machine| machine.runs(&path).unwrap()).collect::<Vec<_>>()
+        };
+        let elf = |processor: u8, symbols: &str| {
+            let head = [b"\x7fELF".as_slice(), &[0; 14], &[processor, 0]].concat();
+            [&head, symbols.as_bytes()].concat()
+        };
+        assert_eq!(runs(&elf(40, "main")), [true, true, true, false]);
+        assert_eq!(runs(&elf(40, "serve<lacuna_m7::An>")), [false, true, false, false]);
+        assert_eq!(runs(&elf(243, "serve<lacuna_riscv::An>")), [false, false, false, true]);
+        assert_eq!(runs(&elf(62, "main")), [false; 4]);
+        assert_eq!(runs(b"#!/bin/sh"), [false; 4]);
+    }
 }
