@@ -145,10 +145,35 @@ pub fn model_bytes(path: Option<&Path>) -> Result<Vec<u8>, Failure> {
     Ok(io::limit::load(path, 1)?)
 }
 
-/// The model in these bytes; `path` is for the message.
+/// The model in these bytes, to be used with scans; `path` is for the message.
 pub fn model<'a>(bytes: &'a [u8], path: Option<&Path>) -> Result<Model<'a>, Failure> {
     let name = path.map_or("the built-in model".into(), |p| p.display().to_string());
-    let model = Model::from_bytes(bytes).map_err(|error| sentence(&name, &error))?;
+    let model = any_model(bytes, &name)?;
+    within_memory(&model, &name)?;
+    let spacing = model.header().spacing;
+    if !VOXELS.contains(&spacing) {
+        return Err(format!(
+            "{name}: its voxels are {spacing:e} units long, no class is that small or large"
+        )
+        .into());
+    }
+    // Searches take their steps by it: at a twentieth of what is right they have no end.
+    let growth = class::mean_growth(&model);
+    if growth == 0.0 {
+        return Err(
+            format!("{name}: its mean shape has no surface: train it again, on shapes in one pose").into()
+        );
+    }
+    if !CONSISTENT.contains(&growth) {
+        return Err(
+            format!("{name}: its length scale does not belong to its mean shape; train it again").into()
+        );
+    }
+    Ok(model)
+}
+
+/// Refuses a model, called `name`, whose volumes need more memory than allowed.
+pub fn within_memory(model: &Model<'_>, name: &str) -> Result<(), Failure> {
     let needed = zero_level::memory(model.grid().sides(), 1);
     let limit = io::limit::get();
     if needed > limit {
@@ -159,20 +184,12 @@ pub fn model<'a>(bytes: &'a [u8], path: Option<&Path>) -> Result<Model<'a>, Fail
         )
         .into());
     }
-    let spacing = model.header().spacing;
-    if !VOXELS.contains(&spacing) {
-        return Err(format!(
-            "{name}: its voxels are {spacing:e} units long, no class is that small or large"
-        )
-        .into());
-    }
-    // Searches take their steps by it: at a twentieth of what is right they have no end.
-    if !CONSISTENT.contains(&class::mean_growth(&model)) {
-        return Err(
-            format!("{name}: its length scale does not belong to its mean shape; train it again").into()
-        );
-    }
-    Ok(model)
+    Ok(())
+}
+
+/// The model in these bytes, called `name`, to be looked at.
+pub fn any_model<'a>(bytes: &'a [u8], name: &str) -> Result<Model<'a>, Failure> {
+    Model::from_bytes(bytes).map_err(|error| sentence(name, &error).into())
 }
 
 /// Lengths of voxels that are believed, in the model's unit.

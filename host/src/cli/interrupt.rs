@@ -6,13 +6,15 @@ use crate::io::atomic;
 use std::sync::Arc;
 
 /// Watches for SIGINT, SIGTERM and SIGHUP in a thread of its own; the exit code is 128 and the signal's number. A terminal
-/// that is closed ends no run that was started to go on without it (nohup). A file that grows beyond what the system allows
+/// that is closed ends no run that was started to go on without it (nohup), as far as the system tells. A file that grows beyond what the system allows
 /// is an error of writing as others are, no end.
 #[cfg(unix)]
 pub fn watch() {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
     let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
-    let watched = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|&signal| !is_ignored(signal));
+    let watched = [SIGINT, SIGTERM, SIGHUP]
+        .into_iter()
+        .filter(|&signal| !is_ignored(signal).unwrap_or(signal == SIGHUP));
     // Without the thread the signals keep their usual effect, which leaves a temporary file at worst.
     let Ok(mut signals) = signal_hook::iterator::Signals::new(watched) else { return };
     std::thread::spawn(move || {
@@ -25,13 +27,13 @@ pub fn watch() {
     });
 }
 
-/// Whether the program was started with a signal ignored, where the system tells.
+/// Whether the program was started with a signal ignored; none where the system does not tell.
 #[cfg(unix)]
-fn is_ignored(signal: i32) -> bool {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
-    mask.is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
+fn is_ignored(signal: i32) -> Option<bool> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"))?;
+    let mask = u64::from_str_radix(mask.trim(), 16).ok()?;
+    Some(mask >> (signal - 1) & 1 == 1)
 }
 
 /// No signals to watch for here.

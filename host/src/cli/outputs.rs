@@ -53,15 +53,16 @@ const HEAD: u64 = 4096;
 /// Refuses to replace a file that is there and does not say, by the `mark` of such files, that a run before this one made it.
 /// `instead` is what to do.
 pub fn own(path: &Path, mark: &str, instead: &str) -> Result<(), Failure> {
-    let Ok(file) = File::open(path) else { return Ok(()) };
+    // Opening a pipe would wait for its other end.
+    let file = if path.is_file() { File::open(path) } else { return Ok(()) };
     let mut head = Vec::new();
-    let is_file = file.metadata().is_ok_and(|there| there.is_file());
-    let read = is_file && file.take(HEAD).read_to_end(&mut head).is_ok();
+    let read = file.and_then(|file| file.take(HEAD).read_to_end(&mut head)).is_ok();
     if !read || head.windows(mark.len()).any(|part| part == mark.as_bytes()) {
         return Ok(());
     }
     let name = path.display();
-    Err(format!("{name} is there and may be something else's; it would be replaced: {instead}").into())
+    Err(format!("{name} is there and may be something else's; it would be replaced: delete it, or {instead}")
+        .into())
 }
 
 /// Refuses outputs that would overwrite one of the inputs or each other, or whose names say another format.
@@ -96,9 +97,10 @@ pub fn apart(inputs: &[impl AsRef<Path>], outputs: &[Output<'_>]) -> Result<(), 
 /// Whether a path stands for what is printed: between the lines of a report no file would be one.
 fn is_standard_output(path: &Path) -> bool {
     let names = ["-", "/dev/stdout", "/dev/stderr", "/dev/tty"];
-    let descriptors = ["/dev/fd", "/proc/self/fd"];
-    names.iter().any(|name| path == Path::new(name))
-        || descriptors.iter().any(|folder| path.starts_with(folder))
+    // Others are pipes and files of the caller's.
+    let streams =
+        ["/dev/fd", "/proc/self/fd"].map(|folder| ["1", "2"].map(|stream| Path::new(folder).join(stream)));
+    names.iter().any(|name| path == Path::new(name)) || streams.iter().flatten().any(|stream| path == stream)
 }
 
 fn usage(text: String) -> Result<(), Failure> {
@@ -184,7 +186,10 @@ mod tests {
         assert_eq!(said(), Ok(()));
         for other in [b"\x89PNG of a camera".as_slice(), b""] {
             std::fs::write(&file, other).unwrap();
-            assert!(said().unwrap_err().ends_with("it would be replaced: name another"), "{other:?}");
+            assert!(
+                said().unwrap_err().ends_with("it would be replaced: delete it, or name another"),
+                "{other:?}"
+            );
         }
         assert!(
             own(folder.path(), "a mark", "").is_ok() && own(Path::new("/dev/null"), "a mark", "").is_ok()

@@ -105,8 +105,8 @@ pub(super) fn lay(way: Way, meshes: &[Mesh], paths: &[PathBuf], unit: Unit) -> R
         // In one pose already they lie together.
         Way::Drawn(_) => Ok(vec![]),
         Way::Kept(far) => Ok(vec![format!(
-            "the shapes lie in one pose and were left as they lie: drawn to their mean they would have been moved by {}, as \
-             shapes are whose rims end at different places; --align never trains on them without a try",
+            "the shapes lie in one pose and were left as they lie: drawn to their mean, by {}, they would lie farther apart; \
+             --align always searches for their poses",
             Scatter::from(far).sentence(unit::symbol(unit))
         )]),
         Way::Left | Way::Searched => strangers(meshes, paths),

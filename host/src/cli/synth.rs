@@ -186,9 +186,13 @@ impl OneScan {
         let files = paths.each_ref().map(|path| Output { option: "the file", path, format: "ply" });
         outputs::apart(self.mesh.as_slice(), &files)?;
         let description = self.folder.join("scan.json");
-        let there = paths.iter().find(|path| path.exists()).filter(|_| !description.exists());
-        let told = there.unwrap_or(&description);
-        outputs::own(told, &format!("\"made_by\": \"{MAKER}\""), "name another folder")
+        let written = ["gt_missing.u8".into(), depth_name(0, 1)]
+            .into_iter()
+            .chain((0..VIEWS).map(|n| depth_name(n, VIEWS)));
+        let others = written.map(|name| self.folder.join(name));
+        let there = paths.iter().cloned().chain(others).find(|path| path.exists() && !description.exists());
+        let told = there.unwrap_or(description);
+        outputs::own(&told, &format!("\"made_by\": \"{MAKER}\""), "name another folder")
     }
 
     /// What is around it.
@@ -213,19 +217,31 @@ impl OneScan {
     }
 
     fn write(&self, truth: &Mesh, scan: &Scan) -> Result<Value, Failure> {
+        // First, for it tells whose files the others are.
+        let info = self.info(scan);
+        let text = serde_json::to_vec_pretty(&info)?;
+        io::atomic::write(&self.folder.join("scan.json"), |file| file.write_all(&text))?;
         let write = |name: &str, mesh: &Mesh| io::write_ply(&self.folder.join(name), &PlyOut::new(mesh));
         write("truth.ply", truth)?;
         write("mesh.ply", &scan.mesh)?;
         write("points.ply", &scan.points)?;
         let missing: Vec<u8> = scan.missing.iter().map(|&m| u8::from(m)).collect();
         io::atomic::write(&self.folder.join("gt_missing.u8"), |file| file.write_all(&missing))?;
-        let mut views = Vec::new();
         for (number, view) in scan.views.iter().enumerate() {
-            let name = if scan.views.len() == 1 { "depth.png".into() } else { format!("depth_{number}.png") };
             let png = depth_png(view)?;
-            io::atomic::write(&self.folder.join(&name), |file| file.write_all(&png))?;
-            views.push(json!({ "depth": name, "camera_to_scan": rows(&view.camera_to_scan) }));
+            let path = self.folder.join(depth_name(number, scan.views.len()));
+            io::atomic::write(&path, |file| file.write_all(&png))?;
         }
+        Ok(info)
+    }
+
+    /// What is told of a scan.
+    fn info(&self, scan: &Scan) -> Value {
+        let view = |(number, view): (usize, &DepthView)| {
+            let name = depth_name(number, scan.views.len());
+            json!({ "depth": name, "camera_to_scan": rows(&view.camera_to_scan) })
+        };
+        let views: Vec<Value> = scan.views.iter().enumerate().map(view).collect();
         let inverse = scan.model_to_scan.try_inverse().unwrap_or_else(Matrix4::identity);
         let camera = scan.views.first().map(|view| {
             json!({
@@ -234,7 +250,7 @@ impl OneScan {
                 "depth_unit_mm": view.unit_mm,
             })
         });
-        let info = json!({
+        json!({
             "made_by": MAKER,
             "name": self.name(),
             "ground_truth_mesh": self.truth_path(),
@@ -244,11 +260,16 @@ impl OneScan {
             "missing_share": missing_share(scan),
             "with": self.with,
             "truth": { "model_to_scan": rows(&scan.model_to_scan), "scan_to_model": rows(&inverse) },
-        });
-        let text = serde_json::to_vec_pretty(&info)?;
-        io::atomic::write(&self.folder.join("scan.json"), |file| file.write_all(&text))?;
-        Ok(info)
+        })
     }
+}
+
+/// Most views of a scan.
+const VIEWS: usize = 3;
+
+/// What the depth image of a view is called, one of `views`.
+fn depth_name(number: usize, views: usize) -> String {
+    if views == 1 { "depth.png".into() } else { format!("depth_{number}.png") }
 }
 
 /// Share of the truth's vertices that the scanner has not seen.

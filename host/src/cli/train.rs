@@ -16,6 +16,7 @@ use crate::train::{Footprint, Limits, Settings, leave_one_out};
 use crate::{size, unit};
 use lacuna::Model;
 use lacuna::format::{MAX_MODES, Unit};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Train a shape model on meshes of one class.
@@ -142,7 +143,7 @@ impl Train {
             crate::train::Error::NoSurface(n) => shapes::named(&paths, n, &error),
             other => other.into(),
         })?;
-        let model = inputs::model(&trained.file, Some(&self.output))?;
+        let model = inputs::any_model(&trained.file, &self.output.display().to_string())?;
         notes.extend(coarse(&model, &aligned.shapes));
         notes.extend(grown(&model));
         io::atomic::write(&self.output, |file| file.write_all(&trained.file))?;
@@ -210,16 +211,18 @@ fn coarse(model: &Model<'_>, shapes: &[Mesh]) -> Option<String> {
     })
 }
 
-/// Root of the mean shape's area in terms of the shapes' from which that is told: 0.94 to 1.03 in models of all kinds of classes.
-const GROWN: f64 = 1.2;
+/// Roots of the mean shape's area in terms of the shapes' that nothing is said of: 0.94 to 1.03 in models of all kinds of
+/// classes.
+const USUAL_GROWTH: Range<f64> = 0.8..1.2;
 
-/// What is said of a model whose mean has a surface where the shapes have none.
+/// What is said of a model whose mean has a surface where the shapes have none, or hardly one.
 fn grown(model: &Model<'_>) -> Option<String> {
     let growth = class::mean_growth(model);
-    (growth > GROWN).then(|| {
+    (!USUAL_GROWTH.contains(&growth)).then(|| {
         format!(
             "the mean shape has {:.1} times the area of the shapes: they do not lie in one pose, or their rims end at \
-             different places; look at it with `inspect --modes`, and give shapes in one pose with --align never",
+             different places; look at it with `inspect --modes`, search for their poses with --align always, or give them in one \
+             with --align never",
             growth * growth
         )
     })

@@ -19,6 +19,9 @@ const WIDTHS: usize = 8;
 const CONFIDENCE: f64 = 2.0;
 /// Farthest that noise throws a point off the quadric around it, standard deviations: one of 16,000 is farther.
 const TAIL: f64 = 4.0;
+/// Of the nearest points around one that noise has thrown off, at most this share lie nearer to it than to the quadric: 6 % by
+/// noise alone; on a ridge or beside an edge, half of them.
+const COMPANY: f64 = 0.25;
 /// Narrowest radius in deviations of the noise: a ball that is less wide than the noise is high has half of it outside.
 const NARROWEST: f64 = 2.0;
 /// The neighbourhood of a disc comes so many after the narrowest: 1.6³ times as many points.
@@ -108,10 +111,14 @@ impl<'a> Neighbourhoods<'a> {
         let Around { axes, offsets } = self.around(i);
         // Each point in the narrowest neighbourhood that it is in; a wider one has those of the narrower ones.
         let mut rings = [Moments::default(); WIDTHS];
+        let mut beside = Vec::new();
         for [u, v, h] in offsets {
             let within = |radius: &f64| u * u + v * v <= radius * radius;
             if let Some(ring) = self.radii.iter().position(within) {
                 rings[ring].add(u, v, h);
+                if ring == 0 && self.first > 0 {
+                    beside.push(h);
+                }
             }
         }
         let mut sum = Moments::default();
@@ -120,7 +127,7 @@ impl<'a> Neighbourhoods<'a> {
             let wider = k == 0 || self.radii[k] > self.radii[k - 1];
             (k >= self.first && wider).then(|| sum.fit(FEWEST)).flatten()
         });
-        Quadrics { axes, at, widened: self.first > 0 }
+        Quadrics { axes, at, beside }
     }
 
     /// The way that the surface around a point faces: noise tilts what lies next to it.
@@ -206,8 +213,8 @@ struct Quadrics {
     /// Across and along the surface, and the way that it faces.
     axes: [Vector; 3],
     at: [Option<Quadric>; WIDTHS],
-    /// Whether narrower ones are left out for the noise.
-    widened: bool,
+    /// Heights of the nearest points, itself among them, where neighbourhoods are wider for the noise.
+    beside: Vec<f64>,
 }
 
 /// What becomes of a point.
@@ -224,7 +231,7 @@ impl Quadrics {
     /// Onto the widest that agrees with all narrower ones and with the point.
     fn chosen(&self, noise: f64) -> Option<Move> {
         let half = |share: f64| CONFIDENCE * noise * share.sqrt();
-        let thrown = self.widened && self.thrown(noise);
+        let thrown = !self.beside.is_empty() && self.thrown(noise);
         let own = if thrown { f64::INFINITY } else { half(1.0) };
         let (mut low, mut high) = (-own, own);
         let mut chosen = None;
@@ -248,10 +255,10 @@ impl Quadrics {
     /// Whether a point that the narrowest quadric does not agree with may be where it is by noise alone; it has no say then.
     /// Left where it is, it would be a pit in the surface.
     fn thrown(&self, noise: f64) -> bool {
-        let narrowest = self.at.iter().flatten().next();
-        narrowest.is_some_and(|&Quadric { height, share, .. }| {
-            let off = height.abs() / noise;
-            off > CONFIDENCE * (1.0 + share.sqrt()) && off <= TAIL * (1.0 - share).max(0.0).sqrt()
-        })
+        let Some(&Quadric { height, share, .. }) = self.at.iter().flatten().next() else { return false };
+        let off = height.abs() / noise;
+        let by_noise = off > CONFIDENCE * (1.0 + share.sqrt()) && off <= TAIL * (1.0 - share).max(0.0).sqrt();
+        let with_it = self.beside.iter().filter(|beside| 2.0 * beside.abs() < height.abs()).count();
+        by_noise && with_it.saturating_sub(1) as f64 <= COMPANY * (self.beside.len() - 1) as f64
     }
 }

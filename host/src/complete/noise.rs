@@ -123,17 +123,25 @@ mod tests {
     }
 
     #[test]
-    fn points_that_noise_has_thrown_far_off_come_back() {
-        let mut mesh = noisy(|_, _| 0.0, 1.0);
-        assert!(off(&mesh, |_, _| 0.0)[1] > 3.0);
-        reduce(&mut mesh, 5.0).unwrap();
+    fn points_that_noise_has_thrown_far_off_come_back_and_those_of_a_ridge_stay() {
+        let mut mesh = noisy(|_, _| 0.0, 2.0);
+        assert!(off(&mesh, |_, _| 0.0)[1] > 6.0);
+        reduce(&mut mesh, 12.0).unwrap();
         let [_, worst] = off(&mesh, |_, _| 0.0);
-        assert!(worst < 1.2, "{worst}");
+        assert!(worst < 1.5, "{worst}");
+        let ridge = |x: f64, _: f64| if (x - 30.0).abs() < 1.6 { 7.0 } else { 0.0 };
+        let mut mesh = noisy(ridge, 2.0);
+        let crest: Vec<usize> = (0..3600).filter(|&i| mesh.points[i].x == 30.0).collect();
+        reduce(&mut mesh, 12.0).unwrap();
+        let crest: Vec<f64> = crest.into_iter().map(|i| mesh.points[i].z).collect();
+        let mean = crest.iter().sum::<f64>() / crest.len() as f64;
+        // 1.95 where each point is looked at alone.
+        assert!(mean > 3.0, "{mean} left of 7");
         // One that noise does not explain stays where it is.
-        let mut mesh = noisy(|_, _| 0.0, 1.0);
-        mesh.points[30 * 60 + 30].z = 6.0;
-        reduce(&mut mesh, 5.0).unwrap();
-        assert_eq!(mesh.points[30 * 60 + 30].z, 6.0);
+        let mut mesh = noisy(|_, _| 0.0, 2.0);
+        mesh.points[30 * 60 + 30].z = 12.0;
+        reduce(&mut mesh, 12.0).unwrap();
+        assert_eq!(mesh.points[30 * 60 + 30].z, 12.0);
     }
 
     #[test]

@@ -104,6 +104,8 @@ const MISSED: f64 = 1.0;
 const LAYERS: f64 = 1.0;
 /// Root mean square weight, standard deviations, from which a shape is none of the class: nine scans 1.0 at most.
 const ODD: f64 = 4.0;
+/// Share of a surface that one view can show of faces. More of it is no reason to ask for more.
+const OPEN: f64 = 0.62;
 /// Where less of the surface was seen than this share of what one view can show of it, that is told: nine scans of faces
 /// 0.59 and more, a vertebra from one side 0.28 to 0.31.
 const LITTLE_SEEN: f64 = 0.31;
@@ -308,12 +310,12 @@ impl Evidence {
     }
 
     fn judge_unseen(&self, findings: &mut Findings, millimetre: f64, unit: &str) {
-        let seen = (1.0 - self.inferred_share) / self.viewable_share;
+        let seen = (1.0 - self.inferred_share) / self.viewable_share.min(OPEN);
         findings.add(
             seen < LITTLE_SEEN,
             if seen < LEAST_SEEN { Grade::Reject } else { Grade::Check },
             format!(
-                "{} of the surface is inferred, of which one view can show {}",
+                "{} of the surface is inferred; one view can show {} of it",
                 percent(self.inferred_share),
                 percent(self.viewable_share)
             ),
@@ -395,6 +397,7 @@ mod tests {
             [0.69, 0.82, 0.87].map(|inferred| patch(inferred, 0.62)),
             [Grade::Good, Grade::Check, Grade::Reject]
         );
+        assert_eq!(patch(0.78, 1.0), Grade::Good, "a relief");
         assert_eq!(patch(0.88, 0.42), Grade::Check, "of a closed shape one view shows less");
         let other = Evidence { inlier_share: 0.3, ..typical() }.judged(1.0, "mm");
         assert_eq!((other.grade, other.reasons.len()), (Grade::Reject, 1));

@@ -66,8 +66,8 @@ enum Heard {
     Damage,
 }
 
-/// How long is waited after one more damaged frame, of so many in a row: what disturbs a line may last longer than all the
-/// attempts, which damage answers at once. Ten wait half a second together.
+/// How long is waited after a damaged frame that came after so many in a row: what disturbs a line may last longer than all the
+/// attempts, which damage answers at once. Between ten it is half a second together.
 fn calm(damaged: u32) -> Duration {
     Duration::from_millis(1 << damaged.min(8)).saturating_sub(Duration::from_millis(1))
 }
@@ -135,22 +135,27 @@ impl<L: Link> Client<L> {
         let (mut scratch, mut frame) = ([0; MAX_MESSAGE], [0; MAX_FRAME]);
         let frame = encode(self.header, request, &mut scratch, &mut frame).ok_or(Error::TooLong)?;
         let attempts = self.timing.attempts;
-        let mut damaged = 0;
+        // Times something was damaged, in all and in a row.
+        let (mut damaged, mut run) = (0, 0);
         for attempt in 0..attempts {
             self.statistics.sent += 1;
             self.statistics.repeated += u64::from(attempt > 0);
             self.link.send(frame)?;
             match self.listen()? {
                 Heard::Reply => return Ok(()),
-                Heard::Nothing => {}
+                Heard::Nothing => run = 0,
                 Heard::Damage => {
                     self.statistics.damaged += 1;
-                    std::thread::sleep(calm(damaged));
                     damaged += 1;
+                    if attempt + 1 < attempts {
+                        std::thread::sleep(calm(run));
+                    }
+                    run += 1;
                 }
             }
         }
-        Err(if damaged == 0 { Error::Silent(attempts) } else { Error::Damaged { attempts, damaged } })
+        let mostly = 2 * damaged >= attempts;
+        Err(if mostly { Error::Damaged { attempts, damaged } } else { Error::Silent(attempts) })
     }
 
     fn reply(&self) -> Result<Reply<'_>, Error> {

@@ -31,7 +31,7 @@ pub enum Error {
     Silent(u32),
     /// Answers, but no whole one.
     #[error(
-        "{damaged} of {attempts} requests in a row, or the device's answers to them, arrived damaged: are baud rate, parity and \
+        "{damaged} of {attempts} requests, or the device's answers to them, arrived damaged: are baud rate, parity and \
          ground of the line right, and is nothing else on it?"
     )]
     Damaged {

@@ -109,10 +109,10 @@ const GATE: f64 = 0.1;
 /// Median distance, share of the size, and overlap within which shapes count as in one pose. Among 90 aligned
 /// faces the largest differs from the first by 0.051 with an overlap of 0.86.
 const SAME_POSE: (f64, f64) = (0.06, 0.6);
-/// Turn about each axis beyond which shapes in one pose are not drawn to their mean, root mean square, radians (12 degrees).
-/// Faces, insoles and vertebrae are turned by 1.2 degrees, caps of skulls by 6.5. Caps whose rims end at different places,
-/// which hardly hold a pose by themselves, ran away by 35 degrees, and their mean closed.
-const RUNAWAY: f32 = 0.21;
+/// Turn about each axis, root mean square, radians (12 degrees), beyond which shapes that were in one pose are looked at again
+/// after they were drawn to their mean. Faces, insoles and vertebrae are turned by 1.2 degrees, caps of skulls by 6.5. Femurs
+/// that had been spun came together by 15; caps whose rims end at different places ran away by 35, and their mean closed.
+const FAR: f32 = 0.21;
 /// Effort of the coarse search: the best candidate alone is looked at further.
 const EFFORT: Effort = Effort { draws: 1500, kept: 24, candidates: 1 };
 /// Share of a shape's area that its pose must explain, at least.
@@ -210,10 +210,26 @@ fn inverted(points: &OrientedPoints) -> OrientedPoints {
 
 /// Shapes in one pose, drawn to their mean by these motions unless those ran away.
 fn drawn_or_kept(shapes: &[Mesh], motions: Vec<Similarity3<f64>>) -> Aligned {
-    let far = apart(shapes, &motions).filter(|apart| apart.turn > RUNAWAY);
-    let Some(far) = far else { return moved(shapes, motions, Way::Drawn) };
-    let still = vec![Similarity3::identity(); shapes.len()];
-    Aligned { shapes: shapes.to_vec(), motions: still, way: Way::Kept(far) }
+    let drawn = moved(shapes, motions, Way::Drawn);
+    match drawn.way.apart().filter(|apart| apart.turn > FAR) {
+        Some(far) if scatter(&drawn.shapes) > scatter(shapes) => {
+            let still = vec![Similarity3::identity(); shapes.len()];
+            Aligned { shapes: shapes.to_vec(), motions: still, way: Way::Kept(far) }
+        }
+        _ => drawn,
+    }
+}
+
+/// How badly shapes lie on the first one: median distance over overlap, of all of them; infinite for shapes without area.
+fn scatter(shapes: &[Mesh]) -> f64 {
+    let Ok(sides) = sides(shapes) else { return f64::INFINITY };
+    let [first, others @ ..] = sides.as_slice() else { return 0.0 };
+    let size = shapes[0].bounds().map_or(1.0, |(low, high)| (high - low).max());
+    let off = |side| {
+        let here = partners(side, first, GATE * size);
+        here.median / here.overlap
+    };
+    others.iter().map(off).sum()
 }
 
 fn moved(shapes: &[Mesh], motions: Vec<Similarity3<f64>>, way: impl FnOnce(Option<Apart>) -> Way) -> Aligned {
@@ -308,21 +324,27 @@ mod tests {
 
     #[test]
     fn shapes_in_one_pose_that_run_away_from_it_are_left_as_they_lie() {
-        let shapes = [sheet(10), sheet(12)];
+        let heads = [0, 1].map(|number| Head::sample(1, number).mesh());
         let turned = |degrees: f64| {
-            let turn = |sign: f64| Vector::new(1.0, 1.0, 1.0) * (sign * degrees.to_radians());
+            let turn = |sign: f64| Vector::y() * (sign * degrees.to_radians());
             [-1.0, 1.0].map(|sign| Similarity3::new(Vector::zeros(), turn(sign), 1.0)).to_vec()
         };
-        let drawn = drawn_or_kept(&shapes, turned(6.0));
-        assert!(matches!(drawn.way, Way::Drawn(Some(_))) && drawn.shapes[0] != shapes[0], "{:?}", drawn.way);
-        let kept = drawn_or_kept(&shapes, turned(30.0));
+        let away = drawn_or_kept(&heads, turned(30.0));
+        assert!(matches!(away.way, Way::Kept(far) if far.turn > FAR), "{:?}", away.way);
+        assert_eq!((away.shapes.as_slice(), away.way.apart()), (heads.as_slice(), None));
+        assert!(away.motions.iter().all(|motion| *motion == Similarity3::identity()));
+        let little = drawn_or_kept(&heads, turned(6.0));
         assert!(
-            matches!(kept.way, Way::Kept(far) if (far.turn.to_degrees() - 30.0).abs() < 0.01),
+            matches!(little.way, Way::Drawn(Some(_))) && little.shapes[0] != heads[0],
             "{:?}",
-            kept.way
+            little.way
         );
-        assert_eq!((kept.shapes.as_slice(), kept.way.apart()), (shapes.as_slice(), None));
-        assert!(kept.motions.iter().all(|motion| *motion == Similarity3::identity()));
+        // As far, but together.
+        let back =
+            [1.0, -1.0].map(|sign| Similarity3::new(Vector::zeros(), Vector::y() * (sign * 0.52), 1.0));
+        let apart: Vec<Mesh> = heads.iter().zip(&back).map(|(head, motion)| head.moved(motion)).collect();
+        let met = drawn_or_kept(&apart, back.iter().map(Similarity3::inverse).collect());
+        assert!(matches!(met.way, Way::Drawn(Some(far)) if far.turn > FAR), "{:?}", met.way);
     }
 
     #[test]
