@@ -145,15 +145,20 @@ pub fn model_bytes(path: Option<&Path>) -> Result<Vec<u8>, Failure> {
     Ok(io::limit::load(path, 1)?)
 }
 
+/// What a model is called in messages.
+pub fn model_name(path: Option<&Path>) -> String {
+    path.map_or("the built-in model".into(), |path| path.display().to_string())
+}
+
 /// The model in these bytes, to be used with scans; `path` is for the message.
 pub fn model<'a>(bytes: &'a [u8], path: Option<&Path>) -> Result<Model<'a>, Failure> {
-    let name = path.map_or("the built-in model".into(), |p| p.display().to_string());
+    let name = model_name(path);
     let model = any_model(bytes, &name)?;
     within_memory(&model, &name)?;
     let spacing = model.header().spacing;
     if !VOXELS.contains(&spacing) {
         return Err(format!(
-            "{name}: its voxels are {spacing:e} units long, no class is that small or large"
+            "{name}: its voxels are {spacing:e} units long, no class is that small or large: train it in another unit (--unit)"
         )
         .into());
     }

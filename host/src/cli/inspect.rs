@@ -92,7 +92,7 @@ impl Inspect {
             .filter_map(|&(option, path, format)| Some(Output { option, path: path.as_deref()?, format }));
         outputs::check(self.model.as_slice(), &written.collect::<Vec<_>>())?;
         let bytes = inputs::model_bytes(self.model.as_deref())?;
-        let name = self.model.as_ref().map_or("the built-in model".into(), |path| path.display().to_string());
+        let name = inputs::model_name(self.model.as_deref());
         let model = inputs::any_model(&bytes, &name)?;
         inputs::within_memory(&model, &name)?;
         let report = report(&model, bytes.len())?;

@@ -6,8 +6,8 @@ use crate::io::atomic;
 use std::sync::Arc;
 
 /// Watches for SIGINT, SIGTERM and SIGHUP in a thread of its own; the exit code is 128 and the signal's number. A terminal
-/// that is closed ends no run that was started to go on without it (nohup), as far as the system tells. A file that grows beyond what the system allows
-/// is an error of writing as others are, no end.
+/// that is closed ends no run that was started to go on without it (nohup), as far as the system tells. A file that grows
+/// beyond what the system allows is an error of writing as others are, no end.
 #[cfg(unix)]
 pub fn watch() {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};

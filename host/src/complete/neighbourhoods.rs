@@ -19,8 +19,8 @@ const WIDTHS: usize = 8;
 const CONFIDENCE: f64 = 2.0;
 /// Farthest that noise throws a point off the quadric around it, standard deviations: one of 16,000 is farther.
 const TAIL: f64 = 4.0;
-/// Of the nearest points around one that noise has thrown off, at most this share lie nearer to it than to the quadric: 6 % by
-/// noise alone; on a ridge or beside an edge, half of them.
+/// Of the nearest points around one that noise has thrown off, at most this share lie nearer to it than to the quadric: at three
+/// deviations 7 % would by chance; on a ridge as wide as three points three in five do.
 const COMPANY: f64 = 0.25;
 /// Narrowest radius in deviations of the noise: a ball that is less wide than the noise is high has half of it outside.
 const NARROWEST: f64 = 2.0;

@@ -11,7 +11,8 @@ use super::error::Error;
 /// of it and a failure leaves what was there before.
 ///
 /// The result has the permissions of the file it replaces, or of any newly created one. A link is followed; a device or
-/// a pipe, which cannot be replaced, is written directly. A write-protected file stays as it is.
+/// a pipe, which cannot be replaced, is written directly, and so, at the end, is a file that is mounted by itself. A
+/// write-protected file stays as it is.
 ///
 /// # Errors
 /// [`Error::Write`] if the folder is missing or closed, the disk full, or `fill` fails.

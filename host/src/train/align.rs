@@ -133,16 +133,15 @@ pub fn align(
         return Ok(Aligned { shapes: shapes.to_vec(), motions: still, way: Way::Left });
     }
     let sides = sides(shapes)?;
-    let size = |mesh: &Mesh| mesh.bounds().map_or(1.0, |(low, high)| (high - low).max());
-    let first_size = size(&shapes[0]);
+    let size = length(&shapes[0]);
     let together =
-        mode == Align::Auto && sides[1..].par_iter().all(|side| in_one_pose(side, &sides[0], first_size));
+        mode == Align::Auto && sides[1..].par_iter().all(|side| in_one_pose(side, &sides[0], size));
     let prepared: Vec<Shape> = shapes.par_iter().zip(&sides).map(prepared).collect();
     if together {
         let mut motions = still;
         towards_mean(&prepared, &mut motions);
         keep_frame(shapes, &mut motions);
-        return Ok(drawn_or_kept(shapes, motions));
+        return Ok(drawn_or_kept(shapes, &sides, motions));
     }
     let mut motions = searched(shapes, &prepared, seed, progress)?;
     towards_mean(&prepared, &mut motions);
@@ -208,11 +207,16 @@ fn inverted(points: &OrientedPoints) -> OrientedPoints {
     OrientedPoints { points: points.points.clone(), normals: points.normals.iter().map(|n| -n).collect() }
 }
 
-/// Shapes in one pose, drawn to their mean by these motions unless those ran away.
-fn drawn_or_kept(shapes: &[Mesh], motions: Vec<Similarity3<f64>>) -> Aligned {
+/// Shapes in one pose, drawn to their mean by these motions unless those ran away; `sides` are the shapes as they lie.
+fn drawn_or_kept(shapes: &[Mesh], sides: &[Side], motions: Vec<Similarity3<f64>>) -> Aligned {
     let drawn = moved(shapes, motions, Way::Drawn);
-    match drawn.way.apart().filter(|apart| apart.turn > FAR) {
-        Some(far) if scatter(&drawn.shapes) > scatter(shapes) => {
+    let far = drawn.way.apart().filter(|apart| apart.turn > FAR);
+    let farther = || {
+        let size = length(&shapes[0]);
+        self::sides(&drawn.shapes).map_or(true, |drawn| scatter(&drawn, size) > scatter(sides, size))
+    };
+    match far {
+        Some(far) if farther() => {
             let still = vec![Similarity3::identity(); shapes.len()];
             Aligned { shapes: shapes.to_vec(), motions: still, way: Way::Kept(far) }
         }
@@ -220,16 +224,16 @@ fn drawn_or_kept(shapes: &[Mesh], motions: Vec<Similarity3<f64>>) -> Aligned {
     }
 }
 
-/// How badly shapes lie on the first one: median distance over overlap, of all of them; infinite for shapes without area.
-fn scatter(shapes: &[Mesh]) -> f64 {
-    let Ok(sides) = sides(shapes) else { return f64::INFINITY };
-    let [first, others @ ..] = sides.as_slice() else { return 0.0 };
-    let size = shapes[0].bounds().map_or(1.0, |(low, high)| (high - low).max());
-    let off = |side| {
-        let here = partners(side, first, GATE * size);
-        here.median / here.overlap
-    };
-    others.iter().map(off).sum()
+/// How badly shapes lie on the first one, which is so long: median distance over overlap, of all of them.
+fn scatter(sides: &[Side], size: f64) -> f64 {
+    let [first, others @ ..] = sides else { return 0.0 };
+    let here = others.iter().map(|side| partners(side, first, GATE * size));
+    here.map(|here| here.median / here.overlap).sum()
+}
+
+/// Longest side of a shape's bounds.
+fn length(mesh: &Mesh) -> f64 {
+    mesh.bounds().map_or(1.0, |(low, high)| (high - low).max())
 }
 
 fn moved(shapes: &[Mesh], motions: Vec<Similarity3<f64>>, way: impl FnOnce(Option<Apart>) -> Way) -> Aligned {
@@ -245,7 +249,7 @@ fn moved(shapes: &[Mesh], motions: Vec<Similarity3<f64>>, way: impl FnOnce(Optio
 pub fn elsewhere(shapes: &[Mesh]) -> Result<Vec<(usize, f64)>, Error> {
     let sides = sides(shapes)?;
     let [first, others @ ..] = sides.as_slice() else { return Ok(vec![]) };
-    let size = shapes[0].bounds().map_or(1.0, |(low, high)| (high - low).max());
+    let size = length(&shapes[0]);
     let here = others.iter().map(|side| partners(side, first, GATE * size)).enumerate();
     Ok(here.filter(|(_, here)| !together(here, size)).map(|(i, here)| (i + 1, here.overlap)).collect())
 }
@@ -329,6 +333,8 @@ mod tests {
             let turn = |sign: f64| Vector::y() * (sign * degrees.to_radians());
             [-1.0, 1.0].map(|sign| Similarity3::new(Vector::zeros(), turn(sign), 1.0)).to_vec()
         };
+        let drawn_or_kept =
+            |shapes: &[Mesh], motions| drawn_or_kept(shapes, &sides(shapes).unwrap(), motions);
         let away = drawn_or_kept(&heads, turned(30.0));
         assert!(matches!(away.way, Way::Kept(far) if far.turn > FAR), "{:?}", away.way);
         assert_eq!((away.shapes.as_slice(), away.way.apart()), (heads.as_slice(), None));

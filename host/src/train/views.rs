@@ -1,5 +1,6 @@
 //! Partial scans of a training shape: what a scanner sees of it from sides that show much of it.
 
+use crate::complete::viewable::facing;
 use crate::mesh::{Mesh, Point, Vector};
 use crate::synth::{Kind, Random, ScannerSettings, scan};
 use nalgebra::{Matrix4, Similarity3, Translation3, UnitQuaternion};
@@ -10,8 +11,6 @@ const DIRECTIONS: usize = 60;
 const WORTHWHILE: f64 = 0.9;
 /// Half the longest extent of a shape in front of the simulated scanner, its millimetres.
 const EXTENT: f64 = 130.0;
-/// Cosine of the steepest angle that is measured.
-const STEEPEST: f64 = 0.26;
 
 /// A partial scan in the frame of its shape.
 pub struct Partial {
@@ -42,7 +41,7 @@ fn turn(shape: &Mesh, random: &mut Random) -> Similarity3<f64> {
     let middle = nalgebra::center(&low, &high);
     let scale = 2.0 * EXTENT / (high - low).max().max(f64::MIN_POSITIVE);
     let directions: Vec<Vector> = (0..DIRECTIONS).map(|_| random.direction()).collect();
-    let shown: Vec<f64> = directions.iter().map(|d| shown(shape, d)).collect();
+    let shown: Vec<f64> = directions.iter().map(|towards| facing(shape, towards)).collect();
     let best = shown.iter().copied().fold(0.0, f64::max);
     let good = (0..DIRECTIONS).find(|&i| shown[i] >= WORTHWHILE * best).unwrap_or(0);
     let rotation = UnitQuaternion::rotation_between(&directions[good], &Vector::z())
@@ -50,14 +49,4 @@ fn turn(shape: &Mesh, random: &mut Random) -> Similarity3<f64> {
     let roll = UnitQuaternion::from_axis_angle(&Vector::z_axis(), random.range(0.0, std::f64::consts::TAU));
     let turn = roll * rotation;
     Similarity3::from_parts(Translation3::from(-(turn * middle.coords) * scale), turn, scale)
-}
-
-/// Area that faces a direction.
-fn shown(shape: &Mesh, direction: &Vector) -> f64 {
-    let facing = |t: usize| {
-        let [a, b, c] = shape.corners(t);
-        let cross = (b - a).cross(&(c - a));
-        if cross.dot(direction) > STEEPEST * cross.norm() { cross.norm() } else { 0.0 }
-    };
-    (0..shape.triangles.len()).map(facing).sum()
 }
