@@ -175,7 +175,12 @@ fn verdict(completion: &Completion, notes: &[String], unit: &str) -> String {
         ("fitted surface", format!("{on_it} of the scan near the model lies on it")),
         ("left out", left_out(completion)),
         ("noise", completion.noise.map_or_else(|| "left as it was".into(), |noise| smoothed(noise, unit))),
-        ("layers", evidence.layers.map_or_else(|| "one".into(), |apart| two_layers(apart, unit))),
+        (
+            "layers",
+            evidence
+                .layers
+                .map_or_else(|| "one, as far as can be seen".into(), |apart| two_layers(apart, unit)),
+        ),
         ("seen part", format!("{seen} {unit} rms from the fitted surface")),
         ("inferred part", format!("{inferred} of the surface, {area} {unit}\u{b2}")),
         ("expected error, one sigma", expected(completion, unit)),
