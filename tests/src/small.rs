@@ -57,7 +57,7 @@ pub fn small_depth() -> &'static Small {
         let digests = fit::<Fixed>(&model, packed, &rough.pose, settings).expect("the small case").digests;
         let points = OrientedPoints::default();
         let thinned = Thinned { points, elsewhere: 0.0, clutter: 0.0, rough };
-        let known = Known { placed: rough, hint: Hint::Rough, registration: None, runner_up: 0.0 };
+        let known = Known { placed: rough, hint: Hint::Rough, registration: None };
         let start = Start { thinned, known, depth: Some(depth) };
         Small { scan: Scan::new(&start, Iterations::Varying), digests, model: file }
     })

@@ -4,9 +4,9 @@ use super::completed::{Clutter, Completed, ExpectedError, OnDevice};
 use super::inputs::{self, Subject};
 use super::outputs::{self, Output};
 use super::{Common, Failure, bar, say};
-use crate::check::alternatives;
+use crate::check::alternatives::{self, DOUBTFUL};
 use crate::complete::merge::MEASURED;
-use crate::complete::verdict::{DOUBTFUL, Grade};
+use crate::complete::verdict::Grade;
 use crate::complete::{
     self, Completion, GivenPose, Options, Start, complete_by, depth_rows, fit_here, picture, zero_level,
 };
@@ -116,7 +116,7 @@ impl Complete {
     /// After a pose that explains little: what would make the scan fit.
     fn advise(&self, model: &Model<'_>, completion: &mut Completion) {
         let verdict = &mut completion.verdict;
-        let explained = verdict.evidence.explained();
+        let explained = verdict.evidence.explained().near();
         let given = [("--pose", &self.pose), ("--pose-hint", &self.pose_hint)];
         let given = given.into_iter().find(|(_, pose)| pose.is_some());
         if let Some((option, _)) = given.filter(|_| verdict.grade == Grade::Reject && explained < DOUBTFUL) {

@@ -20,8 +20,7 @@ pub fn cues(
     hidden: f32,
     sideways: f32,
 ) -> Vec<Cue> {
-    let place = |p| placed.to_model(p).coords.map(|c| c as f32).into();
-    let places: Vec<[f32; 3]> = merged.mesh.points.iter().map(place).collect();
+    let places: Vec<[f32; 3]> = merged.mesh.points.iter().map(|p| placed.to_voxels(p)).collect();
     let deviations = filled(&merged.mesh, posterior.at_all(&places));
     let measured = |&v: &u32| merged.labels[v as usize] == MEASURED;
     let sources: Vec<u32> = (0..merged.labels.len() as u32).filter(measured).collect();

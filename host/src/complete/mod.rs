@@ -9,6 +9,7 @@ pub mod cues;
 pub mod dense;
 pub mod depth_rows;
 pub mod diffusion;
+pub mod explained;
 pub mod extrapolate;
 pub mod fitted;
 pub mod layers;
@@ -242,6 +243,7 @@ fn judge(
     }
     let used = 1.0 - start.thinned.elsewhere - start.thinned.clutter;
     let (inliers, exactness) = fitted.explained(model, start);
+    let pose = used * inliers;
     let placed = &fitted.placed;
     Evidence {
         inlier_share: agreement.inliers,
@@ -252,7 +254,7 @@ fn judge(
         viewable_share: viewable::share(&merged.mesh),
         weight_norm: weight_norm(fit.global.iter().copied()),
         scale: placed.size(model),
-        pose_inliers: [used * inliers, start.known.runner_up],
+        pose_inliers: [pose, start.known.rival() * pose],
         exactness,
         spread: fitted.posterior.as_ref().and_then(spread),
         expected,

@@ -63,7 +63,7 @@ impl Mean {
             return false;
         };
         let placed = &found.placed;
-        let at = placed.to_model(&position).coords.map(|c| c as f32).into();
+        let at = placed.to_voxels(&position);
         let normal = placed.pose.rotate(normal.map(|c| c as f32).into());
         let shape = Weights::new(&found.shape);
         Standing::of(&mut Cube::new(model, &shape), at, normal) == Standing::Inlier

@@ -85,7 +85,7 @@ mod tests {
             triangles: vec![[0, 1, 2]],
         });
         let rough = Placed { centre: Point::origin(), pose: Pose::IDENTITY };
-        let known = Known { placed: rough, hint: pose_fit::Hint::Exact, registration: None, runner_up: 0.0 };
+        let known = Known { placed: rough, hint: pose_fit::Hint::Exact, registration: None };
         let thinned = Thinned { points: OrientedPoints::default(), elsewhere: 0.0, clutter: 0.0, rough };
         let begin = |_: &Mesh| Ok(Start { thinned, known, depth: None });
         let prepared = prepare_by(&model, &scan, &Options::of(&model), begin).expect("a start");

@@ -36,8 +36,6 @@ pub struct Known {
     pub hint: pose_fit::Hint,
     /// Pose and shape fitted to the scan from there; none where the pose is exact, or the scan too little for that.
     pub registration: Option<Registration>,
-    /// What the next best pose that was tried explains, as a share of inliers; 0 where none was.
-    pub runner_up: f64,
 }
 
 /// A thinned scan.
@@ -102,19 +100,22 @@ pub fn place(model: &Model<'_>, scan: &Mesh, options: &Options<'_>) -> Result<Kn
         GivenPose::None => Known::found(register(model, scan, options.seed)?),
         GivenPose::Rough(placed) => match refine_hint(model, scan, &placed).ok() {
             Some(settled) if settled.hint() == pose_fit::Hint::Settled => Known::found(settled),
-            registration => Known { placed, hint: pose_fit::Hint::Rough, registration, runner_up: 0.0 },
+            registration => Known { placed, hint: pose_fit::Hint::Rough, registration },
         },
-        GivenPose::Exact(placed) => {
-            Known { placed, hint: pose_fit::Hint::Exact, registration: None, runner_up: 0.0 }
-        }
+        GivenPose::Exact(placed) => Known { placed, hint: pose_fit::Hint::Exact, registration: None },
     })
 }
 
 impl Known {
     /// A pose that was found, which the core refines.
     pub fn found(found: Registration) -> Self {
-        let (placed, hint, runner_up) = (found.placed, found.hint(), found.runner_up);
-        Self { placed, hint, registration: Some(found), runner_up }
+        Self { placed: found.placed, hint: found.hint(), registration: Some(found) }
+    }
+
+    /// What the next best pose that was tried explains, in terms of what this one does, 0 to 1; 0 where none was.
+    pub fn rival(&self) -> f64 {
+        let found = self.registration.as_ref();
+        found.map_or(0.0, |found| found.runner_up / found.inliers.max(f64::MIN_POSITIVE))
     }
 }
 
@@ -127,10 +128,11 @@ pub fn thinned(model: &Model<'_>, scan: &Mesh, known: &Known) -> Thinned {
     let all = thin_scan(scan, cell, |_| true);
     let found = known.registration.as_ref();
     let placed = found.map_or(known.placed, |found| found.placed);
-    let supported = |p: &Point| sample::far(model, voxels(&placed, p)).is_some();
+    let supported = |p: &Point| sample::far(model, placed.to_voxels(p)).is_some();
     let shape = found.map(|found| Weights::new(&found.shape));
     let mut surface = shape.as_ref().map(|shape| Cube::new(model, shape));
-    let mut belongs = |p: &Point| surface.as_mut().is_none_or(|surface| belongs(surface, voxels(&placed, p)));
+    let mut belongs =
+        |p: &Point| surface.as_mut().is_none_or(|surface| belongs(surface, placed.to_voxels(p)));
     let whole = all.points.len();
     let near: Vec<&Point> = all.points.iter().filter(|p| supported(p)).collect();
     let on_it = near.iter().filter(|p| belongs(p)).count();
@@ -149,10 +151,6 @@ pub fn thinned(model: &Model<'_>, scan: &Mesh, known: &Known) -> Thinned {
     };
     let (centre, points) = centred(&points);
     Thinned { points, elsewhere, clutter, rough: known.placed.about(centre) }
-}
-
-fn voxels(placed: &Placed, p: &Point) -> [f32; 3] {
-    placed.to_model(p).coords.map(|c| c as f32).into()
 }
 
 /// Whether a place lies near the shape that was fitted with the pose. What is farther is clutter: the core leaves it out of
@@ -188,8 +186,7 @@ mod tests {
         let corners = [[-500., -500.], [500., -500.], [500., 500.], [-500., 500.]];
         scan.points.extend(corners.map(|[x, z]| Point::new(x, -150.0, z)));
         scan.triangles.extend([[first, first + 2, first + 1], [first, first + 3, first + 2]]);
-        let exactly =
-            |placed| Known { placed, hint: pose_fit::Hint::Exact, registration: None, runner_up: 0.0 };
+        let exactly = |placed| Known { placed, hint: pose_fit::Hint::Exact, registration: None };
         let kept = thinned(&model, &scan, &exactly(beside(&model, 0.0)));
         assert!(kept.points.points.len() <= CAPACITY && kept.elsewhere > 0.5, "{}", kept.elsewhere);
         let surface = Surface::new(&head).expect("a surface");

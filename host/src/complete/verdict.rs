@@ -1,5 +1,6 @@
 //! Whether a completion can be trusted, in numbers and in a word.
 
+use super::explained::Explained;
 use crate::register::Registration;
 use crate::register::rank::SIZES;
 use crate::uncertainty::spread::Spread;
@@ -67,31 +68,11 @@ pub struct Evidence {
     pub layers: Option<f64>,
 }
 
-/// Least share of the points near the model that a pose must explain. Nine scans of faces: 0.93 to 0.99, a raw
-/// photogrammetry scan with hair and collar: 0.81, eight parts of it 0.80 to 0.90, its shoulders and hair alone 0.53 and 0.66;
-/// ellipsoid 0.50, sphere 0.40, half a sphere 0.56.
-const LEAST_EXPLAINED: f64 = 0.72;
-/// A pose that explains less is still not one of another kind of object, where what it does explain lies so exactly on
-/// the shape. 125 scenes of faces with hair or a collar: 0.68 to 0.9 in poses within 9 degrees, a quarter of them below 0.75,
-/// 0.61 and 0.64 in wrong ones; hair, collars, femurs and blobs in sizes of the class 0.69 at most, the hair of a raw
-/// photogrammetry scan 0.74.
-const EXACT: f64 = 0.75;
-/// The same for a pose without a rival. 70 scenes of faces with hair and collar: eight right poses 0.717 to 0.748.
-const EXACT_ALONE: f64 = 0.7;
-/// A pose is without a rival if the next best explains at most this share of what it does: 0.51 to 0.68 beside those eight;
-/// beside hair, collars, shoulders and femurs in sizes of the class, where their shape is not unusual, 0.74 or more.
-const RIVAL: f64 = 0.7;
-/// Root mean square weight, standard deviations, from which a shape is unusual: below 1.8 in the right poses of the 125 scenes.
-const UNUSUAL: f64 = 2.0;
-/// Least share of a whole scan that a pose explains without a word: half a head with shoulders 0.26 to 0.36.
-const LITTLE: f64 = 0.25;
-/// Least share that a pose explains at all: a head on a table of a square metre 0.07.
-const LEAST_POSE: f64 = 0.04;
+/// Root mean square weight, standard deviations, from which a shape is unusual: below 1.8 in the right poses of 125 scenes of
+/// faces with hair or a collar.
+pub const UNUSUAL: f64 = 2.0;
 /// Sizes of a scan in terms of the class's that nothing is said about, a third either way: nine scans of faces 0.94 to 1.09.
 const USUAL_SIZES: Range<f64> = 0.75..1.34;
-/// Share of a scan where the class has no surface, beyond which that is told: nine scans of faces 0.03 at most, a head with
-/// shoulders 0.6.
-const MOST_OUTSIDE: f64 = 0.3;
 /// Where less than this share of the points near the model lies on the fitted surface, the shape is unlike the class: 0.98
 /// of a raw head, 0.999 and more of nine scans.
 const UNLIKE: f64 = 0.85;
@@ -109,11 +90,6 @@ const OPEN: f64 = 0.62;
 /// Where less of the surface was seen than this share of what one view can show of it, that is told: nine scans of faces
 /// 0.59 and more, a vertebra from one side 0.28 to 0.31.
 const LITTLE_SEEN: f64 = 0.31;
-/// A pose beside which another one explains more than this share of what it explains may be the wrong one of them. The other
-/// one explains 0.36 to 0.50 beside the right poses of nine scans of faces, 0.67 at most of single views of others and of
-/// femurs, 0.56 to 0.88 on eight parts of a raw head with shoulders, and 0.94 to 1.0 on ten mugs from the side, be they right
-/// or upside down.
-const AMBIGUOUS: f64 = 0.9;
 /// Where less than this share was seen, it is too little: a patch of 40 mm of a face 0.2.
 const LEAST_SEEN: f64 = 0.22;
 
@@ -126,6 +102,9 @@ const LOOSEST: f64 = 2.85;
 /// 3.5 at a missing part's rms of 1.4 to 4.7 mm; ten upper halves of femurs: 5.0 to 10 at 4.4 to 22 mm.
 const VAGUEST: f64 = 4.0;
 
+/// Something to be said about a scan, and how bad it is.
+pub type Finding = (Grade, String);
+
 /// The worst grade so far, and what was found.
 struct Findings {
     grade: Grade,
@@ -133,10 +112,8 @@ struct Findings {
 }
 
 impl Findings {
-    fn extend(&mut self, finding: Option<(Grade, String)>) {
-        if let Some((grade, reason)) = finding {
-            self.add(true, grade, reason);
-        }
+    fn extend(&mut self, findings: impl IntoIterator<Item = Finding>) {
+        findings.into_iter().for_each(|(grade, reason)| self.add(true, grade, reason));
     }
 
     fn add(&mut self, found: bool, grade: Grade, reason: String) {
@@ -148,39 +125,8 @@ impl Findings {
 }
 
 /// What is to be said about a pose that was found for a scan, `scale` times as large as the class.
-pub fn of_pose(found: &Registration, scale: f64) -> impl Iterator<Item = (Grade, String)> {
-    let little = doubtful(found).or_else(|| scene(found.inliers));
-    little.into_iter().chain(ambiguous(found.inliers, found.runner_up)).chain(size(scale))
-}
-
-/// What it means that another pose explains as much of a scan; none where it does not.
-fn ambiguous(pose: f64, runner_up: f64) -> Option<(Grade, String)> {
-    let text = format!(
-        "another pose explains {} of the scan, this one {}: the scan does not tell which is right",
-        percent(runner_up),
-        percent(pose)
-    );
-    is_ambiguous(pose, runner_up).then_some((Grade::Check, text))
-}
-
-/// Whether another pose explains as much of a scan.
-fn is_ambiguous(pose: f64, runner_up: f64) -> bool {
-    runner_up > AMBIGUOUS * pose
-}
-
-/// Whether what a pose explains lies exactly on a usual shape: then the rest of the scan is clutter. (A sphere, of which a
-/// tenth is explained, is followed exactly by a shape three deviations off the class; of half a sphere a quarter by a usual
-/// skull, in one pose as in another.) No rival is known of a pose that is given.
-fn is_exact(exactness: f64, weight_norm: f64, [pose, runner_up]: [f64; 2]) -> bool {
-    let alone = runner_up > 0.0 && runner_up <= RIVAL * pose;
-    let least = if alone { EXACT_ALONE } else { EXACT };
-    weight_norm < UNUSUAL && exactness >= least && !is_ambiguous(pose, runner_up)
-}
-
-/// The same of a pose that was found.
-pub fn is_of_the_class(found: &Registration) -> bool {
-    let norm = weight_norm(found.shape.iter().map(|&weight| f64::from(weight)));
-    is_exact(found.exactness, norm, [found.inliers, found.runner_up])
+pub fn of_pose(found: &Registration, scale: f64) -> impl Iterator<Item = Finding> {
+    Explained::from(found).findings().chain(size(scale))
 }
 
 /// Root mean square of weights.
@@ -189,38 +135,9 @@ pub fn weight_norm(weights: impl ExactSizeIterator<Item = f64>) -> f64 {
     (weights.map(|weight| weight * weight).sum::<f64>() / count).sqrt()
 }
 
-/// Where a pose explains less than this share of a scan without tables and walls, clutter or another kind of object is most
-/// of it: a raw photogrammetry scan with hair and shoulders 0.33, half a head with shoulders 0.26 to 0.36.
-pub const DOUBTFUL: f64 = 0.5;
-/// Where it explains less than this, it is another kind of object: a femur 0.17, a sphere 0.1.
-const OTHER_KIND: f64 = 0.2;
-
-/// What it means that a pose explains so little of a scan; none where that is enough.
-fn doubtful(found: &Registration) -> Option<(Grade, String)> {
-    let explained = found.explained();
-    let other = explained < OTHER_KIND && !is_of_the_class(found);
-    let grade = if other { Grade::Reject } else { Grade::Check };
-    let (share, what) =
-        (percent(explained), "much clutter, normals that face both ways, or another kind of object?");
-    let text = format!("only {share} of the scan, tables and walls aside, lies on the fitted shape: {what}");
-    (explained < DOUBTFUL).then_some((grade, text))
-}
-
-/// What it means that a pose explains so little of a whole scan; none where that is enough.
-fn scene(pose: f64) -> Option<(Grade, String)> {
-    let grade = if pose < LEAST_POSE { Grade::Reject } else { Grade::Check };
-    let share = percent(pose);
-    (pose < LITTLE).then(|| {
-        (
-            grade,
-            format!("only {share} of the scan lies on the fitted shape: another kind of object, or a scene?"),
-        )
-    })
-}
-
 /// What is to be said about a scan of which the pose says that it is so many times as large as the class; none where that
 /// is usual.
-fn size(scale: f64) -> Option<(Grade, String)> {
+fn size(scale: f64) -> Option<Finding> {
     let grade = if SIZES.contains(&scale) { Grade::Check } else { Grade::Reject };
     let usual = USUAL_SIZES.contains(&scale);
     (!usual).then(|| {
@@ -230,7 +147,7 @@ fn size(scale: f64) -> Option<(Grade, String)> {
 
 /// What is to be said about a scan whose points lie in two layers, so far apart; none where they are nearly one.
 /// `millimetre` is one class millimetre in the scan's unit, called `unit`.
-pub fn in_layers(apart: f64, millimetre: f64, unit: &str) -> Option<(Grade, String)> {
+pub fn in_layers(apart: f64, millimetre: f64, unit: &str) -> Option<Finding> {
     let text = format!(
         "the points lie in two layers, {} {unit} apart: were the views aligned, did anything move?",
         digits(apart, 1)
@@ -242,7 +159,7 @@ impl Evidence {
     /// The verdict on it; `millimetre` is one class millimetre in the model's unit, called `unit`.
     pub fn judged(self, millimetre: f64, unit: &str) -> Verdict {
         let mut findings = Findings { grade: Grade::Good, reasons: Vec::new() };
-        self.judge_pose(&mut findings);
+        findings.extend(self.explained().findings());
         self.judge_fit(&mut findings, millimetre, unit);
         self.judge_unseen(&mut findings, millimetre, unit);
         findings.extend(size(self.scale));
@@ -250,37 +167,11 @@ impl Evidence {
         Verdict { grade, reasons, evidence: self }
     }
 
-    /// Inlier share of the pose, of the points that do not lie where the model stores nothing.
-    pub fn explained(&self) -> f64 {
-        let [pose, _] = self.pose_inliers;
-        pose / f64::max(1.0 - self.outside_share, f64::MIN_POSITIVE)
-    }
-
-    fn judge_pose(&self, findings: &mut Findings) {
+    /// What of it the pose explains.
+    pub fn explained(&self) -> Explained {
         let [pose, runner_up] = self.pose_inliers;
-        findings.extend(scene(pose));
-        let explained = self.explained();
-        let is_exact = |exactness| is_exact(exactness, self.weight_norm, self.pose_inliers);
-        let exact = self.exactness.is_some_and(is_exact);
-        let (grade, guess) = if exact {
-            (Grade::Check, "much of something else (hair, clothes, a table), or another kind of object?")
-        } else {
-            (Grade::Reject, "another kind of object?")
-        };
-        findings.add(
-            explained < LEAST_EXPLAINED,
-            grade,
-            format!("the best pose explains only {} of the scan near the model: {guess}", percent(explained)),
-        );
-        findings.extend(ambiguous(pose, runner_up));
-        findings.add(
-            self.outside_share > MOST_OUTSIDE,
-            Grade::Check,
-            format!(
-                "{} of the scan's points lie where the class has no surface",
-                percent(self.outside_share)
-            ),
-        );
+        let (outside, exactness, weight_norm) = (self.outside_share, self.exactness, self.weight_norm);
+        Explained { pose, runner_up, outside, exactness, weight_norm }
     }
 
     fn judge_fit(&self, findings: &mut Findings, millimetre: f64, unit: &str) {
@@ -338,7 +229,8 @@ impl Evidence {
     }
 }
 
-fn percent(share: f64) -> String {
+/// A share in words.
+pub(super) fn percent(share: f64) -> String {
     format!("{:.0} %", 100.0 * share)
 }
 
@@ -378,18 +270,6 @@ mod tests {
         assert_eq!(layers.judged(2.0, "mm").grade, Grade::Good, "a class twice as large");
         let upside_down = Evidence { pose_inliers: [0.99, 0.98], ..typical() }.judged(1.0, "mm");
         assert_eq!((upside_down.grade, upside_down.reasons.len()), (Grade::Check, 1), "or not: a mug");
-        let scene = Evidence { pose_inliers: [0.6, 0.2], ..typical() };
-        assert_eq!(scene.clone().judged(1.0, "mm").grade, Grade::Check, "among hair");
-        let of = |exactness, weight_norm| Evidence { exactness, weight_norm, ..scene.clone() };
-        for other in [of(Some(0.65), 1.1), of(None, 1.1), of(Some(0.8), 3.3)] {
-            assert_eq!(other.judged(1.0, "mm").grade, Grade::Reject, "hair, or a sphere");
-        }
-        let with = |runner_up| Evidence { pose_inliers: [0.6, runner_up], ..of(Some(0.72), 1.1) };
-        let grades = [0.36, 0.46, 0.0].map(|runner_up| with(runner_up).judged(1.0, "mm").grade);
-        let expected = [Grade::Check, Grade::Reject, Grade::Reject];
-        assert_eq!(grades, expected, "a face with much hair, hair alone, a pose that was given");
-        let half_a_sphere = Evidence { pose_inliers: [0.24, 0.29], ..of(Some(0.94), 1.1) };
-        assert_eq!(half_a_sphere.judged(1.0, "mm").grade, Grade::Reject, "an exact fit, as another is");
         let patch = |inferred_share, viewable_share| {
             Evidence { inferred_share, viewable_share, ..typical() }.judged(1.0, "mm").grade
         };
@@ -405,33 +285,5 @@ mod tests {
         assert_eq!(odd.judged(1.0, "mm").reasons.len(), 4);
         let strange = Evidence { inlier_share: 0.3, weight_norm: 3.0, ..typical() }.judged(1.0, "mm");
         assert_eq!((strange.grade, strange.reasons.len()), (Grade::Reject, 2));
-    }
-
-    #[test]
-    fn what_a_pose_alone_tells_of_a_scan() {
-        use crate::mesh::Point;
-        use crate::register::Placed;
-        let placed = Placed { centre: Point::origin(), pose: lacuna::Pose::IDENTITY };
-        let found = |inliers: f64, planes: f64, exactness: f64| Registration {
-            placed,
-            shape: vec![1.0],
-            inliers,
-            exactness,
-            planes,
-            runner_up: 0.0,
-        };
-        let told = |found: &Registration| of_pose(found, 1.0).map(|(grade, _)| grade).collect::<Vec<_>>();
-        assert_eq!(told(&found(0.9, 0.0, 0.7)), []);
-        assert_eq!(told(&Registration { runner_up: 0.85, ..found(0.9, 0.0, 0.7) }), [Grade::Check], "a mug");
-        assert_eq!(told(&found(0.33, 0.0, 0.67)), [Grade::Check], "a head with shoulders");
-        assert_eq!(told(&found(0.17, 0.0, 0.67)), [Grade::Reject], "a femur");
-        assert_eq!(told(&found(0.17, 0.0, 0.8)), [Grade::Check], "a face among hair and clothes");
-        assert_eq!(
-            told(&Registration { shape: vec![3.0], ..found(0.17, 0.0, 0.8) }),
-            [Grade::Reject],
-            "a sphere"
-        );
-        assert_eq!(told(&found(0.2, 0.75, 0.7)), [Grade::Check], "on a table, of which it is told");
-        assert_eq!(told(&found(0.3, 0.7, 0.7)), []);
     }
 }

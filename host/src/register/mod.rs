@@ -25,9 +25,9 @@ use crate::size;
 use crate::unit;
 use field::Field;
 use joint::{refine, refined};
-use lacuna::Model;
 use lacuna::format::Unit;
 use lacuna::pose_fit::{Hint, Round};
+use lacuna::{Model, sample};
 pub use placed::Placed;
 use planes::without_planes;
 use rank::{Scored, among_clutter, convincing, finals, next_best, ranked, sure};
@@ -53,6 +53,8 @@ pub struct Registration {
     pub exactness: f64,
     /// Share of the scan's points that are tables and walls, none of them inliers.
     pub planes: f64,
+    /// Share of the scan's points that lie where the model stores nothing.
+    pub outside: f64,
     /// What the best of the other poses that were tried explains as exactly, as such a share: `inliers` times the ratio of what
     /// both explain ([`rank`]), at most `inliers`; 0 without any.
     pub runner_up: f64,
@@ -123,6 +125,9 @@ impl From<lacuna::Error> for Error {
 
 /// A scan without tables and walls, thinned: what its pose is found from.
 struct Foreground {
+    /// The whole scan, thinned.
+    all: Vec<Point>,
+    /// Of the other points.
     centre: Point,
     /// Thinned and centred, without its planes.
     points: OrientedPoints,
@@ -134,10 +139,9 @@ impl Foreground {
     fn new(scan: &Mesh, field: &Field, model: &Model<'_>, seed: u64) -> Self {
         let spacing = f64::from(model.header().spacing);
         let all = thin(scan, spacing);
-        let whole = all.points.len().max(1) as f64;
-        let (centre, points) = centred(&without_planes(field, all, spacing, seed));
-        let share = points.points.len() as f64 / whole;
-        Self { centre, points, share }
+        let (centre, points) = centred(&without_planes(field, all.clone(), spacing, seed));
+        let share = points.points.len() as f64 / all.points.len().max(1) as f64;
+        Self { all: all.points, centre, points, share }
     }
 
     /// Refuses what is too little for a pose.
@@ -151,12 +155,15 @@ impl Foreground {
     }
 
     /// What was found, in terms of the whole scan.
-    fn registration(&self, found: Scored, runner_up: f64) -> Registration {
+    fn registration(&self, model: &Model<'_>, found: Scored, runner_up: f64) -> Registration {
         let exactness = found.exactness();
         let Scored { pose, inliers, shape, .. } = found;
         let placed = Placed { centre: self.centre, pose };
         let [inliers, runner_up] = [inliers, runner_up].map(|share| self.share * share);
-        Registration { placed, shape, inliers, exactness, planes: 1.0 - self.share, runner_up }
+        let stored = |p: &&Point| sample::far(model, placed.to_voxels(p)).is_some();
+        let outside = 1.0 - self.all.iter().filter(stored).count() as f64 / self.all.len().max(1) as f64;
+        let planes = 1.0 - self.share;
+        Registration { placed, shape, inliers, exactness, planes, outside, runner_up }
     }
 }
 
@@ -219,7 +226,7 @@ fn register_within(model: &Model<'_>, scan: &Mesh, seed: u64, turns: u64) -> Res
     }
     let Some((best, others)) = finals.split_first() else { return Err(Error::NoMatch) };
     let runner_up = next_best(&field, best, others.iter().chain(&rest)).min(best.inliers);
-    Ok(foreground.registration(best.clone(), runner_up))
+    Ok(foreground.registration(model, best.clone(), runner_up))
 }
 
 /// The poses that turns of the search find, best first, and those that were not worth many points.
@@ -257,7 +264,7 @@ pub fn refine_hint(model: &Model<'_>, scan: &Mesh, hint: &Placed) -> Result<Regi
     let field = Field::of_model(model);
     let foreground = Foreground::new(scan, &field, model, SEED);
     let (points, rough) = (&foreground.points, hint.about(foreground.centre).pose);
-    Ok(foreground.registration(settled_alone(model, &field, points, rough)?, 0.0))
+    Ok(foreground.registration(model, settled_alone(model, &field, points, rough)?, 0.0))
 }
 
 /// Iterations that draw the model as a whole to a shape.
@@ -276,11 +283,12 @@ const WHOLE: Round = Round {
 /// # Errors
 /// As for [`refine_hint`].
 pub fn refine_whole(model: &Model<'_>, shape: &Mesh, known: &Placed) -> Result<Registration, Error> {
-    let (centre, points) = centred(&thin(shape, f64::from(model.header().spacing)));
+    let all = thin(shape, f64::from(model.header().spacing));
+    let (centre, points) = centred(&all);
     // Of a whole shape nothing is background.
-    let whole = Foreground { centre, points, share: 1.0 };
+    let whole = Foreground { all: all.points, centre, points, share: 1.0 };
     let found = refine(model, &whole.points, known.about(centre).pose, &[WHOLE])?;
-    Ok(whole.registration(found, 0.0))
+    Ok(whole.registration(model, found, 0.0))
 }
 
 /// Refuses scans, in the model's unit, that cannot be of its size even without many stray points, and offers another unit

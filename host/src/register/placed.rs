@@ -37,8 +37,12 @@ impl Placed {
 
     /// A scan point in voxels.
     pub fn to_model(&self, p: &Point) -> Point {
-        let q = self.pose.apply((p - self.centre).map(|c| c as f32).into());
-        Point::from(Vector::from(q.map(f64::from)))
+        Point::from(Vector::from(self.to_voxels(p).map(f64::from)))
+    }
+
+    /// The same as the core takes it.
+    pub fn to_voxels(&self, p: &Point) -> [f32; 3] {
+        self.pose.apply((p - self.centre).map(|c| c as f32).into())
     }
 
     /// Size of the scan in terms of the class's: scan units a model unit.
@@ -53,7 +57,7 @@ impl Placed {
 
     /// The same place for points around another centre.
     pub fn about(&self, centre: Point) -> Self {
-        let translation = self.to_model(&centre).coords.map(|c| c as f32).into();
+        let translation = self.to_voxels(&centre);
         Self { centre, pose: Pose { translation, ..self.pose } }
     }
 
