@@ -195,9 +195,9 @@ impl<'b, A: Arithmetic> Completion<'b, A> {
     }
 
     /// A bounded piece of work, with the stage it belonged to. `None` when the job is over. The longest one updates all
-    /// weights: on a Cortex-M7 5.6 million instructions for a model of 29 modes and 3,184 nodes, as many as
-    /// [`Completion::new`] takes and [`Model::from_bytes`] before it; of the pose 2, the global fit 1.1, the hull 0.4 million.
-    /// The deepest one takes 18 KiB of stack.
+    /// weights: on a Cortex-M7 5.7 million instructions for a model of 29 modes and 3,184 nodes, where
+    /// [`Completion::new`] takes 4.6 million and [`Model::from_bytes`] before it 5.4 (the table of `targets/README.md`, which
+    /// a test keeps to what is measured). The deepest one takes 18 KiB of stack.
     pub fn step(&mut self) -> Option<(Stage, Progress)> {
         loop {
             let stage = self.stage();

@@ -41,6 +41,6 @@ impl DeviceMemory {
         let memory = self.fit.memory();
         let device =
             Device { machine: "test", model, points: &mut self.points, rows: &mut self.rows, memory };
-        serve(port, device, &mut self.wire)
+        serve(port, device, || 0, &mut self.wire)
     }
 }

@@ -28,6 +28,8 @@ pub struct Run {
     pub digests: BTreeMap<String, u32>,
     /// Instructions of each kind of work.
     pub counts: BTreeMap<String, u64>,
+    /// Of which the longest step takes so many.
+    pub longest: BTreeMap<String, u64>,
     /// Bytes of stack used.
     pub stack: u64,
     /// Standard error: the log of firmware that writes one.
@@ -195,7 +197,11 @@ fn printed(text: &str) -> Run {
             ["stack", bytes] => run.stack = bytes.parse().expect("bytes"),
             ["count", ..] => {
                 let at = words.iter().position(|w| w.parse::<u64>().is_ok()).expect("a count");
-                run.counts.insert(words[1..at].join(" "), words[at].parse().expect("a count"));
+                let name = words[1..at].join(" ");
+                if let ["steps", _, "longest", longest] = words[at + 1..] {
+                    run.longest.insert(name.clone(), longest.parse().expect("a count"));
+                }
+                run.counts.insert(name, words[at].parse().expect("a count"));
             }
             _ => {}
         }

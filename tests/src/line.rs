@@ -5,7 +5,6 @@
 
 use crate::device_memory::DeviceMemory;
 use embedded_io::{ErrorKind, ErrorType, Read, ReadReady, Write};
-use lacuna::wire::device::Port;
 use lacuna_host::device::Link;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -183,8 +182,6 @@ impl Drop for Obituary {
         self.0.1.notify_all();
     }
 }
-
-impl Port for DeviceEnd {}
 
 impl ErrorType for DeviceEnd {
     type Error = ErrorKind;

@@ -2,7 +2,6 @@
 
 use crate::device_memory::DeviceMemory;
 use embedded_io::{ErrorKind, ErrorType, Read, ReadReady, Write};
-use lacuna::wire::device::Port;
 use std::io;
 use std::net::{TcpListener, TcpStream};
 
@@ -27,8 +26,6 @@ fn kind(error: io::Error) -> ErrorKind {
         _ => ErrorKind::Other,
     }
 }
-
-impl Port for Tcp {}
 
 impl ErrorType for Tcp {
     type Error = ErrorKind;

@@ -73,8 +73,15 @@ impl Default for Buffers {
 
 /// Answers the line until it ends or fails. Calling it again is a reset: session and scan are forgotten.
 ///
-/// A model that is refused is told to the host, with the reason, and so is memory that is too small for it.
-pub fn serve<P: Port>(port: &mut P, mut device: Device<'_>, buffers: &mut Buffers) -> Ended<P::Error> {
+/// A model that is refused is told to the host, with the reason, and so is memory that is too small for it. `counter` is
+/// what the machine has executed so far, which the host is told stage by stage: instructions, cycles or ticks, across the
+/// whole u64; `|| 0` on a machine that does not count.
+pub fn serve<P: Port>(
+    port: &mut P,
+    mut device: Device<'_>,
+    counter: impl FnMut() -> u64,
+    buffers: &mut Buffers,
+) -> Ended<P::Error> {
     let Buffers { line, data, brick } = buffers;
     let mut line = Line::new(port, line);
     let model = Model::from_bytes(device.model).and_then(|model| {
@@ -84,7 +91,10 @@ pub fn serve<P: Port>(port: &mut P, mut device: Device<'_>, buffers: &mut Buffer
     });
     let info = info(&device, &model);
     let ended = match &model {
-        Ok(model) => work(&mut line, Desk::new(info, device.rows.len()), model, &mut device, (data, brick)),
+        Ok(model) => {
+            let desk = Desk::new(info, device.rows.len());
+            work(&mut line, desk, model, &mut device, counter, (data, brick))
+        }
         Err(error) => decline(&mut line, &info, *error),
     };
     match ended {
@@ -115,6 +125,7 @@ fn work<P: Port>(
     mut desk: Desk<'_>,
     model: &Model<'_>,
     device: &mut Device<'_>,
+    mut counter: impl FnMut() -> u64,
     (data, brick): (&mut [u8; MAX_DATA], &mut [i16; MAX_BRICK_VOXELS]),
 ) -> Result<Never, Ended<P::Error>> {
     loop {
@@ -122,7 +133,7 @@ fn work<P: Port>(
         let begin = receive(line, &mut desk, room)?;
         let points = device.points.get(..desk.points()).unwrap_or(&[]);
         match job(model, points, &begin, device.memory.reborrow()) {
-            Ok(job) => fit(line, &mut desk, Results::new(model, job, data, brick))?,
+            Ok(job) => fit(line, &mut desk, Results::new(model, job, data, brick), &mut counter)?,
             Err(error) => line.answer(&Reply::Refused(Refusal::Core(error)))?,
         }
     }
@@ -165,11 +176,12 @@ fn fit<P: Port>(
     line: &mut Line<'_, P>,
     desk: &mut Desk<'_>,
     mut results: Results<'_>,
+    counter: &mut impl FnMut() -> u64,
 ) -> Result<(), Ended<P::Error>> {
     desk.start();
     line.answer(&desk.status())?;
     loop {
-        desk.step(&mut results.job, || line.counter());
+        desk.step(&mut results.job, &mut *counter);
         if !desk.has_job() {
             return Ok(());
         }
@@ -181,9 +193,9 @@ fn fit<P: Port>(
             Request::Outcome if desk.is_done() => results.outcome(),
             Request::Weights { of, first } if desk.is_done() => results.weights(of, first),
             Request::Distances { first } if desk.is_done() => {
-                let before = line.counter();
+                let before = counter();
                 let reply = results.distances(first);
-                desk.count_distances(line.counter().wrapping_sub(before));
+                desk.count_distances(counter().wrapping_sub(before));
                 reply
             }
             request => desk.reply(&request),

@@ -12,13 +12,9 @@ use embedded_io::{Read, ReadReady, Write};
 /// An error of `read` or `read_ready` (an overrun, a framing error) means that bytes were lost, as they may be at any
 /// time; a line that fails more than [`MOST_FAILURES`] times without a byte in between is taken to be dead, and so is
 /// one that cannot be written to.
-pub trait Port: Read + ReadReady + Write {
-    /// What the machine has executed so far: instructions, cycles or ticks, across the whole u64; by default,
-    /// it does not count.
-    fn counter(&mut self) -> u64 {
-        0
-    }
-}
+pub trait Port: Read + ReadReady + Write {}
+
+impl<P: Read + ReadReady + Write> Port for P {}
 
 /// Why a device stopped serving.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -148,11 +144,6 @@ impl<'l, P: Port> Line<'l, P> {
         let frame = encode(self.last, reply, &mut b.message, &mut b.reply).unwrap_or(&[]);
         b.reply_length = frame.len();
         write(self.port, frame)
-    }
-
-    /// The machine's counter.
-    pub fn counter(&mut self) -> u64 {
-        self.port.counter()
     }
 
     /// Answers without touching the kept reply.

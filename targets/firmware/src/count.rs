@@ -60,10 +60,10 @@ pub struct Scale {
 
 impl Scale {
     /// Times the loop.
-    pub fn measure<M: Machine>(machine: &mut M) -> Self {
-        let before = machine.ticks();
+    pub fn measure<M: Machine>() -> Self {
+        let before = M::ticks();
         let executed = M::spin(ROUNDS);
-        let ticks = machine.ticks().wrapping_sub(before);
+        let ticks = M::ticks().wrapping_sub(before);
         Self { executed: u64::from(executed), ticks: u64::from(ticks).max(1) }
     }
 

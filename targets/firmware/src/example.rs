@@ -32,9 +32,9 @@ impl From<Error> for Refused {
 /// # Errors
 /// A model or a scan that cannot be used; a line says so.
 pub fn run<M: Machine>(machine: &mut M) -> Result<(), Refused> {
-    let scale = Scale::measure(machine);
+    let scale = Scale::measure::<M>();
     Line::new("machine ").text(M::NAME).print();
-    complete(machine, &scale).inspect_err(|refused| {
+    complete::<M>(&scale).inspect_err(|refused| {
         let reason = match refused {
             Refused::Memory => "the static memory is in use",
             Refused::TooManyPoints => "the scan has more points than cloud::CAPACITY",
@@ -51,10 +51,10 @@ pub fn run<M: Machine>(machine: &mut M) -> Result<(), Refused> {
     Ok(())
 }
 
-fn complete<M: Machine>(machine: &mut M, scale: &Scale) -> Result<(), Refused> {
-    let start = machine.ticks();
+fn complete<M: Machine>(scale: &Scale) -> Result<(), Refused> {
+    let start = M::ticks();
     let model = Model::from_bytes(&MODEL)?;
-    let checked = machine.ticks().wrapping_sub(start);
+    let checked = M::ticks().wrapping_sub(start);
     let (memory::Scan { points, .. }, memory) = memory::take().ok_or(Refused::Memory)?;
     let scan = Bytes(&SCAN);
     let packed = scan.points();
@@ -68,18 +68,18 @@ fn complete<M: Machine>(machine: &mut M, scale: &Scale) -> Result<(), Refused> {
     let cloud = Cloud::new(points.get(..count).unwrap_or(&[]), scan.step())?;
     let schedule = Schedule::of(&model);
     let settings = Settings { reach: Reach::of(&model), rounds: scan.hint().rounds(&model), schedule };
-    let start = machine.ticks();
+    let start = M::ticks();
     let mut job = Completion::<Fixed>::new(&model, cloud, scan.pose(), settings, memory)?;
-    let prepared = machine.ticks().wrapping_sub(start);
+    let prepared = M::ticks().wrapping_sub(start);
     let mut counts = Counts::default();
     loop {
         let task = job.local().and_then(|fit| fit.task());
-        let before = machine.ticks();
+        let before = M::ticks();
         let Some((stage, progress)) = job.step() else { break };
         log(stage, progress);
         // The first step of the local fit prepares it; its task is not known before.
         let task = task.or((stage == Stage::Local).then_some(Task::Curvature));
-        counts.add((stage, task), machine.ticks().wrapping_sub(before));
+        counts.add((stage, task), M::ticks().wrapping_sub(before));
     }
     Line::new("points").number(count as u64).print();
     Line::new("count model").number(scale.instructions(u64::from(checked))).print();

@@ -8,7 +8,7 @@ pub trait Machine {
     const NAME: &'static str;
 
     /// A counter that advances with the instructions executed; it may wrap.
-    fn ticks(&mut self) -> u32;
+    fn ticks() -> u32;
 
     /// Runs a loop of known length: instructions executed, fifteen a round.
     fn spin(rounds: u32) -> u32;

@@ -57,7 +57,7 @@ unsafe extern "C" {
 impl<B: Board> Machine for Mps<B> {
     const NAME: &'static str = B::NAME;
 
-    fn ticks(&mut self) -> u32 {
+    fn ticks() -> u32 {
         read(B::FPGAIO + COUNTER)
     }
 

@@ -3,26 +3,39 @@
 use crate::count::Scale;
 use crate::{MODEL, Machine, memory};
 use core::convert::Infallible;
+use core::marker::PhantomData;
 use embedded_io::{ErrorType, Read, ReadReady, Write};
-use lacuna::wire::device::{Buffers, Device, Port, serve};
+use lacuna::wire::{Buffers, Device, serve};
 use static_cell::ConstStaticCell;
+
+// What the core's documentation says of these processors.
+const _: () = assert!(size_of::<Buffers>() <= 5148);
 
 static WIRE: ConstStaticCell<Buffers> = ConstStaticCell::new(Buffers::new());
 
-/// The serial line with the counter beside it.
+/// The serial line.
 struct Line<'m, M: Machine> {
     machine: &'m mut M,
-    scale: Scale,
     /// A byte that has been received and not read.
     waiting: Option<u8>,
+}
+
+/// The machine's ticks as instructions that do not wrap.
+struct Counter<M: Machine> {
+    scale: Scale,
     /// Ticks when they were read last, and all before.
     last: u32,
     ticks: u64,
+    machine: PhantomData<M>,
 }
 
-impl<M: Machine> Port for Line<'_, M> {
-    fn counter(&mut self) -> u64 {
-        let now = self.machine.ticks();
+impl<M: Machine> Counter<M> {
+    fn new() -> Self {
+        Self { scale: Scale::measure::<M>(), last: M::ticks(), ticks: 0, machine: PhantomData }
+    }
+
+    fn instructions(&mut self) -> u64 {
+        let now = M::ticks();
         self.ticks += u64::from(now.wrapping_sub(self.last));
         self.last = now;
         self.scale.instructions(self.ticks)
@@ -67,10 +80,9 @@ impl<M: Machine> Write for Line<'_, M> {
 /// Serves for ever; returns only where the static memory has been handed out before.
 pub fn run<M: Machine>(machine: &mut M) {
     let (Some((scan, memory)), Some(wire)) = (memory::take(), WIRE.try_take()) else { return };
-    let scale = Scale::measure(machine);
-    let last = machine.ticks();
-    let mut line = Line { machine, scale, waiting: None, last, ticks: 0 };
+    let mut line = Line { machine, waiting: None };
+    let mut counter = Counter::<M>::new();
     let memory::Scan { points, rows } = scan;
     let device = Device { machine: M::NAME, model: &MODEL, points, rows, memory };
-    serve(&mut line, device, wire);
+    serve(&mut line, device, || counter.instructions(), wire);
 }

@@ -23,7 +23,7 @@ unsafe extern "C" {
 impl Machine for Virt {
     const NAME: &'static str = "RISC-V";
 
-    fn ticks(&mut self) -> u32 {
+    fn ticks() -> u32 {
         let count: u32;
         // SAFETY: reads a counter.
         unsafe { asm!("csrr {}, minstret", out(reg) count, options(nomem, nostack)) };

@@ -6,7 +6,7 @@ use crate::device_memory::DeviceMemory;
 use embedded_io::{ErrorKind, ErrorType, Read, ReadReady, Write};
 use lacuna::completion::Digests;
 use lacuna::depth::{Camera, Frame};
-use lacuna::wire::device::{Ended, Port};
+use lacuna::wire::device::Ended;
 use lacuna::wire::frame::{Event, Header, Receiver};
 use lacuna::wire::message::{
     Begin, BeginDepth, Hint, Iterations, MAX_BATCH, Reply, Request, VERSION, Vector,
@@ -70,8 +70,6 @@ impl Line {
         Self { coming: rubbish.into(), script: fresh_scan(tiny()), receiver: Receiver::new(), found: None }
     }
 }
-
-impl Port for Line {}
 
 impl ErrorType for Line {
     type Error = ErrorKind;

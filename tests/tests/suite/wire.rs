@@ -6,7 +6,7 @@ use lacuna::completion::Stage;
 use lacuna::depth::{Camera, Frame, Rows};
 use lacuna::error::OptionName;
 use lacuna::wire::Refusal;
-use lacuna::wire::device::{Ended, MOST_FAILURES, Port};
+use lacuna::wire::device::{Ended, MOST_FAILURES};
 use lacuna::wire::distances::{Packer, unpack};
 use lacuna::wire::frame::{Event, Header, Receiver};
 use lacuna::wire::message::{
@@ -176,8 +176,6 @@ struct Tape {
     /// Reads that fail first.
     failures: u32,
 }
-
-impl Port for Tape {}
 
 impl ErrorType for Tape {
     type Error = ErrorKind;
