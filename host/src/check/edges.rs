@@ -13,7 +13,7 @@ pub(super) fn check(checked: &mut Checked, edges: &Edges, flat: Flat) {
     let pieces = components(&checked.mesh).into_iter().max().map_or(0, |last| last as usize + 1);
     if pieces > 1 {
         let then = match flat {
-            Flat::LeftOut => "specks are left out when it is used",
+            Flat::LeftOut => "specks among them are left out when it is used",
             Flat::Kept => "all of them are used",
         };
         checked.note(format!("the surface has {pieces} loose pieces; {then}"));

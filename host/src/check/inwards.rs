@@ -17,7 +17,12 @@ pub(super) fn advice(mesh: &Mesh) -> Option<String> {
 /// How far triangles face away from the middle of their mesh, from -1 to 1: the mean of the cosines between the normals
 /// and the directions away from the area's centroid, weighted with area and distance. None for a mesh without area.
 pub fn outwardness(mesh: &Mesh) -> Option<f64> {
-    let parts: Vec<(Point, Vector)> = (0..mesh.triangles.len()).map(|t| part(mesh.corners(t))).collect();
+    outwardness_of((0..mesh.triangles.len()).map(|t| mesh.corners(t)))
+}
+
+/// The same of triangles.
+pub(super) fn outwardness_of(triangles: impl Iterator<Item = [Point; 3]>) -> Option<f64> {
+    let parts: Vec<(Point, Vector)> = triangles.map(part).collect();
     let area: f64 = parts.iter().map(|(_, normal)| normal.norm()).sum();
     let sum: Vector = parts.iter().map(|(centre, normal)| centre.coords * normal.norm()).sum();
     if area == 0.0 {

@@ -73,6 +73,31 @@ fn single_turned_triangles_follow_their_neighbours() {
 }
 
 #[test]
+fn where_as_many_triangles_face_either_way_the_form_tells() {
+    let whole = ball(16, 6.0);
+    let kept = (0..whole.triangles.len()).filter(|&t| whole.corners(t).iter().all(|p| p.z > 4.0));
+    let clean = Mesh { triangles: kept.map(|t| whole.triangles[t]).collect(), ..whole.clone() };
+    for odd in [0, 1] {
+        let mut mixed = clean.clone();
+        mixed.triangles.iter_mut().skip(odd).step_by(2).for_each(|corners| corners.swap(1, 2));
+        let checked = mesh(mixed);
+        assert!(checked.mesh.area() > 0.0 && texts(&checked).contains("the other way than the neighbours"));
+        let up = (0..checked.mesh.triangles.len()).filter(|&t| checked.mesh.normal_of(t).z > 0.0).count();
+        assert!(up * 10 > checked.mesh.triangles.len() * 9, "{up}");
+    }
+}
+
+#[test]
+fn of_a_sheet_with_both_sides_one_is_left() {
+    let clean = sheet(6);
+    let count = clean.points.len() as u32;
+    let mut both = clean.clone();
+    both.points.extend(clean.points.clone());
+    both.triangles.extend(clean.triangles.iter().map(|&[a, b, c]| [a, c, b].map(|v| v + count)));
+    assert_eq!(mesh(both).mesh, clean);
+}
+
+#[test]
 fn a_spike_does_not_turn_the_scan() {
     let clean = sheet(6);
     let mut odd = clean.clone();

@@ -1,6 +1,7 @@
-//! Triangles that cover nothing or are there twice.
+//! Triangles that cover nothing, or are there twice: the same way round or as the other side of a sheet.
 
 use super::{Checked, Flat, counted};
+use crate::io::Weld;
 use rustc_hash::FxHashSet;
 
 /// Takes out copies and, unless they are kept, zero-area triangles; without any other triangle the mesh is refused.
@@ -24,9 +25,13 @@ pub(super) fn check(checked: &mut Checked, flat: Flat) {
         mesh.triangles.retain(|_| kept.next() == Some(&true));
     }
     let flat = before - mesh.triangles.len();
+    // Sheets that were exported with both their sides may have vertices of their own for each.
+    let mut weld = Weld::for_triangles(mesh.points.len());
+    let places: Result<Vec<u32>, _> = mesh.points.iter().map(|p| weld.add((*p).into())).collect();
+    let place = |v: u32| places.as_ref().map_or(v, |places| places[v as usize]);
     let mut seen = FxHashSet::default();
     mesh.triangles.retain(|corners| {
-        let mut sorted = *corners;
+        let mut sorted = corners.map(place);
         sorted.sort_unstable();
         seen.insert(sorted)
     });

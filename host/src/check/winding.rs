@@ -1,7 +1,8 @@
 //! Which way triangles face: neighbours that contradict each other, and closed surfaces turned inside out.
 
+use super::inwards::outwardness_of;
 use super::{Checked, counted};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Point};
 use crate::surface::Edges;
 
 /// Turns the smaller side of contradicting winding round, and closed surfaces that face inwards; `edges` are those
@@ -48,8 +49,12 @@ fn same_way(mesh: &Mesh, sides: [u32; 2]) -> bool {
     start(sides[0]) == start(sides[1])
 }
 
+/// A side of less than this share of a piece's area is the wrong one; of more, its form must tell.
+const FEWER: f64 = 0.4;
+
 /// Which triangles must be turned so that all neighbours agree; none for a one-sided surface. In every piece the
-/// side with the larger area stays, huge triangles counted as large ones.
+/// side with the larger area stays, huge triangles counted as large ones; of sides of about the same area the one that faces
+/// outwards.
 fn turned(mesh: &Mesh, edges: &Edges) -> Option<Vec<bool>> {
     let count = mesh.triangles.len();
     let (mut turn, mut piece) = (vec![false; count], vec![usize::MAX; count]);
@@ -80,11 +85,23 @@ fn turned(mesh: &Mesh, edges: &Edges) -> Option<Vec<bool>> {
         let vote = |turned: bool| -> f64 {
             members.iter().filter(|&&t| turn[t] == turned).map(|&t| mesh.area_of(t).min(limit)).sum()
         };
-        if vote(true) > vote(false) {
+        let [turned, kept] = [true, false].map(vote);
+        let wrong = if turned.min(kept) < FEWER * (turned + kept) {
+            turned > kept
+        } else {
+            outwardness_of(members.iter().map(|&t| wound(mesh, t, turn[t]))).is_some_and(|out| out < 0.0)
+        };
+        if wrong {
             members.iter().for_each(|&t| turn[t] = !turn[t]);
         }
     }
     Some(turn)
+}
+
+/// The corners of a triangle, the other way round if it is turned.
+fn wound(mesh: &Mesh, triangle: usize, turned: bool) -> [Point; 3] {
+    let [a, b, c] = mesh.corners(triangle);
+    if turned { [a, c, b] } else { [a, b, c] }
 }
 
 /// The largest area that counts, a few times the median: a single spike must not turn a whole scan.

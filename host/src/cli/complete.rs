@@ -15,7 +15,7 @@ use crate::io::{self, COMPLETED, PlyOut};
 use crate::mesh::Mesh;
 use crate::{render, report, unit};
 use lacuna::{Fixed, Model, Schedule};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Complete a scan: without arguments, the example scan with the built-in model.
 #[derive(clap::Args)]
@@ -90,7 +90,8 @@ impl Complete {
         let factor = self.subject.factor(&model);
         self.check_outputs()?;
         self.check_finer(&model)?;
-        let (scan, notes) = self.subject.mesh(&model)?;
+        let (scan, mut notes) = self.subject.mesh(&model)?;
+        notes.extend(self.without_picture());
         let start = std::time::Instant::now();
         let options = self.options(&model)?;
         let image = if self.depth_rows { Some(self.subject.depth_image(&model)?) } else { None };
@@ -176,18 +177,15 @@ impl Complete {
         let mut read = self.subject.files();
         read.extend(self.pose.iter().chain(&self.pose_hint).map(PathBuf::from));
         outputs::check(&read, &files)?;
-        self.check_own_picture(picture.as_deref())?;
         self.report_path().map_or(Ok(()), |path| inputs::check_report(&path))
     }
 
-    /// Refuses to replace a picture that nobody named, unless a run before this one drew it.
-    fn check_own_picture(&self, path: Option<&Path>) -> Result<(), Failure> {
-        let Some(path) = path.filter(|_| self.picture.is_none()) else { return Ok(()) };
-        outputs::own(
-            path,
-            render::MARK,
-            "name another picture with --picture, or draw none with --no-picture",
-        )
+    /// What is told where no picture is drawn, because nobody named one and something else's is there.
+    fn without_picture(&self) -> Option<String> {
+        let path = self.beside().filter(|_| self.picture.is_none())?;
+        let text =
+            format!("no picture: {} may be something else's; --picture names another one", path.display());
+        (!outputs::is_own(&path, render::MARK)).then_some(text)
     }
 
     fn report_path(&self) -> Option<PathBuf> {
@@ -196,10 +194,15 @@ impl Complete {
     }
 
     fn picture_path(&self) -> Option<PathBuf> {
-        // Beside a device there is no place for a picture.
-        let somewhere = self.picture.is_some() || self.output.is_file() || !self.output.exists();
-        let beside = || self.output.with_extension("png");
-        (somewhere && !self.no_picture).then(|| self.picture.clone().unwrap_or_else(beside))
+        let named = || self.picture.clone();
+        let beside = || self.beside().filter(|path| outputs::is_own(path, render::MARK));
+        if self.no_picture { None } else { named().or_else(beside) }
+    }
+
+    /// Where a picture goes that nobody named; beside a device there is no place for one.
+    fn beside(&self) -> Option<PathBuf> {
+        let somewhere = self.output.is_file() || !self.output.exists();
+        (somewhere && !self.no_picture).then(|| self.output.with_extension("png"))
     }
 
     fn write(&self, completion: &Completion, model: &Model<'_>, factor: f64) -> Result<(), Failure> {

@@ -53,16 +53,19 @@ const HEAD: u64 = 4096;
 /// Refuses to replace a file that is there and does not say, by the `mark` of such files, that a run before this one made it.
 /// `instead` is what to do.
 pub fn own(path: &Path, mark: &str, instead: &str) -> Result<(), Failure> {
-    if !path.exists() || path.is_dir() {
-        return Ok(());
-    }
-    // Opening a pipe would wait for its other end.
-    if path.is_file() && head_of(path).windows(mark.len()).any(|part| part == mark.as_bytes()) {
+    if is_own(path, mark) {
         return Ok(());
     }
     let name = path.display();
     Err(format!("{name} is there and may be something else's; it would be replaced: delete it, or {instead}")
         .into())
+}
+
+/// Whether nothing is there to be replaced, or what a run before this one made, which says so by `mark`.
+pub fn is_own(path: &Path, mark: &str) -> bool {
+    // Opening a pipe would wait for its other end.
+    let marked = || path.is_file() && head_of(path).windows(mark.len()).any(|part| part == mark.as_bytes());
+    !path.exists() || path.is_dir() || marked()
 }
 
 /// The first bytes of a file; none of one that cannot be read.

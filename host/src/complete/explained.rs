@@ -84,7 +84,9 @@ impl Explained {
     }
 
     fn of_all(&self) -> Option<Finding> {
-        let grade = if self.pose < LEAST_OF_ALL { Grade::Reject } else { Grade::Check };
+        // How large a table is says nothing of what lies on it.
+        let fits = self.is_of_the_class() && self.near() >= LEAST;
+        let grade = if self.pose < LEAST_OF_ALL && !fits { Grade::Reject } else { Grade::Check };
         let share = percent(self.pose);
         let text =
             format!("only {share} of the scan lies on the fitted shape: another kind of object, or a scene?");
@@ -141,7 +143,9 @@ mod tests {
         );
         let table = Explained { pose: 0.07, outside: 0.92, runner_up: 0.02, ..FACE };
         assert_eq!(grades(&table), [Grade::Check; 2], "on a table");
-        assert_eq!(grades(&Explained { pose: 0.01, outside: 0.98, ..table })[0], Grade::Reject);
+        let large = Explained { pose: 0.02, outside: 0.975, runner_up: 0.01, ..FACE };
+        assert_eq!(grades(&large), [Grade::Check; 2], "on a table of more than a square metre");
+        assert_eq!(grades(&Explained { exactness: Some(0.6), ..large })[0], Grade::Reject, "a table");
     }
 
     #[test]

@@ -18,6 +18,7 @@ pub mod measured;
 pub mod merge;
 mod neighbourhoods;
 pub mod noise;
+pub mod outgrowth;
 pub mod picture;
 pub mod pieces;
 mod places;
@@ -44,6 +45,7 @@ use lacuna::{Arithmetic, Model, Reach, Schedule};
 use measured::{Measured, scan_surface};
 use merge::{Limits, MEASURED, Merged};
 use noise::Noise;
+use outgrowth::Outgrowth;
 pub use prepared::prepare;
 use prepared::{Prepared, prepare_by};
 pub use start::{GivenPose, Start, start};
@@ -245,6 +247,7 @@ fn judge(
     let (inliers, exactness) = fitted.explained(model, start);
     let pose = used * inliers;
     let placed = &fitted.placed;
+    let millimetre = placed.class_millimetre(model);
     Evidence {
         inlier_share: agreement.inliers,
         outside_share: start.thinned.elsewhere + used * agreement.outside,
@@ -259,6 +262,7 @@ fn judge(
         spread: fitted.posterior.as_ref().and_then(spread),
         expected,
         layers,
+        outgrowth: Outgrowth::of(merged, &fitted.global, placed, millimetre),
     }
-    .judged(placed.class_millimetre(model), unit::symbol(model.header().unit))
+    .judged(millimetre, unit::symbol(model.header().unit))
 }

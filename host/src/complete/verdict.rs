@@ -1,6 +1,7 @@
 //! Whether a completion can be trusted, in numbers and in a word.
 
 use super::explained::Explained;
+use super::outgrowth::Outgrowth;
 use crate::register::Registration;
 use crate::register::rank::SIZES;
 use crate::uncertainty::spread::Spread;
@@ -66,6 +67,8 @@ pub struct Evidence {
     pub expected: Option<f64>,
     /// How far apart the scan's points are where they lie in two layers, root mean square; none where they do not.
     pub layers: Option<f64>,
+    /// What of the measured surface stands out of the shapes that the class can take.
+    pub outgrowth: Outgrowth,
 }
 
 /// Root mean square weight, standard deviations, from which a shape is unusual: below 1.8 in the right poses of 125 scenes of
@@ -192,6 +195,17 @@ impl Evidence {
             Grade::Check,
             format!("the fit misses the measured surface by {} {unit} rms", digits(self.seen_rms, 2)),
         );
+        let Outgrowth { area, height } = self.outgrowth;
+        findings.add(
+            self.outgrowth.is_large(millimetre),
+            Grade::Check,
+            format!(
+                "{} {unit}2 of the measured surface stand out of the class's shapes, by {} {unit} at most: a swelling, a \
+                 strap, a hand?",
+                digits(area, 0),
+                digits(height, 1)
+            ),
+        );
         findings.extend(self.layers.and_then(|apart| in_layers(apart, millimetre, unit)));
         findings.add(
             self.weight_norm >= UNUSUAL,
@@ -253,6 +267,7 @@ mod tests {
             spread: Some(Spread { turn: 0.5, surface: 2.4 }),
             expected: Some(2.5),
             layers: None,
+            outgrowth: Outgrowth::default(),
         }
     }
 
@@ -268,6 +283,9 @@ mod tests {
         let layers = Evidence { layers: Some(1.5), ..typical() };
         assert_eq!(layers.clone().judged(1.0, "mm").grade, Grade::Check);
         assert_eq!(layers.judged(2.0, "mm").grade, Grade::Good, "a class twice as large");
+        let bump = Evidence { outgrowth: Outgrowth { area: 900.0, height: 9.0 }, ..typical() };
+        assert_eq!(bump.clone().judged(1.0, "mm").grade, Grade::Check);
+        assert_eq!(bump.judged(2.0, "mm").grade, Grade::Good, "a class twice as large");
         let upside_down = Evidence { pose_inliers: [0.99, 0.98], ..typical() }.judged(1.0, "mm");
         assert_eq!((upside_down.grade, upside_down.reasons.len()), (Grade::Check, 1), "or not: a mug");
         let patch = |inferred_share, viewable_share| {

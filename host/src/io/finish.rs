@@ -7,7 +7,8 @@ use crate::mesh::{Mesh, Point, Vector};
 /// Turns what a reader collected into a mesh that keeps the promises of this module.
 ///
 /// Normals become unit vectors; if all are zero, or their number is not that of the points, they
-/// are dropped. Triangles that name a vertex twice are dropped, they cover nothing. Single vertices without
+/// are dropped. Triangles that name a vertex twice are dropped, they cover nothing; a mesh of nothing else is taken as a cloud,
+/// with a note. Single vertices without
 /// finite coordinates, and pixels of clouds without a measurement, are left out with a note.
 pub(super) fn finish(mut mesh: Mesh) -> Result<Loaded, Fault> {
     if mesh.points.is_empty() {
@@ -16,13 +17,21 @@ pub(super) fn finish(mut mesh: Mesh) -> Result<Loaded, Fault> {
     check_indices(&mesh)?;
     let unmatched = unmatched_normals(&mut mesh);
     let not_finite = unknown::leave_out(&mut mesh)?;
-    let repairs =
-        unmatched.into_iter().chain(not_finite).chain(unknown::leave_out_origin(&mut mesh)).collect();
-    mesh.triangles.retain(|[a, b, c]| a != b && b != c && c != a);
+    let of_vertices = unmatched.into_iter().chain(not_finite).chain(unknown::leave_out_origin(&mut mesh));
+    let mut repairs: Vec<String> = of_vertices.collect();
+    repairs.extend(without_empty_triangles(&mut mesh));
     mesh.normals = unit(mesh.normals);
     mesh.points.shrink_to_fit();
     mesh.triangles.shrink_to_fit();
     Ok(Loaded { mesh, repairs })
+}
+
+/// Leaves out triangles that name a vertex twice.
+fn without_empty_triangles(mesh: &mut Mesh) -> Option<String> {
+    let before = mesh.triangles.len();
+    mesh.triangles.retain(|[a, b, c]| a != b && b != c && c != a);
+    let text = format!("none of its {before} triangles has three vertices: taken as a cloud");
+    (before > 0 && mesh.triangles.is_empty()).then_some(text)
 }
 
 /// Leaves out normals that cannot be told which vertices they belong to.
@@ -78,7 +87,10 @@ mod tests {
 
     #[test]
     fn triangles_that_name_a_vertex_twice_are_dropped() {
-        assert_eq!(finish(mesh(vec![])).unwrap().mesh.triangles, [[0, 1, 2]]);
+        let loaded = finish(mesh(vec![])).unwrap();
+        assert_eq!((loaded.mesh.triangles.as_slice(), loaded.repairs.len()), ([[0, 1, 2]].as_slice(), 0));
+        let loaded = finish(Mesh { triangles: vec![[0, 0, 0]; 7], ..mesh(vec![]) }).unwrap();
+        assert_eq!(loaded.repairs, ["none of its 7 triangles has three vertices: taken as a cloud"]);
     }
 
     #[test]

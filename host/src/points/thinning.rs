@@ -48,6 +48,17 @@ pub fn thin_to(
     }
 }
 
+/// Samples of a mesh, about, at most: at 1.65 mm, those of 2.3 square metres. Of more surface, as noise makes it or a room
+/// has it, they are farther apart.
+const MOST_SAMPLES: f64 = 8e6;
+/// Samples of a triangle with equal sides, times its area over their distance squared; others have more.
+const DENSITY: f64 = 2.31;
+
+/// How far apart the samples of a mesh are, for cubes of edge `cell`.
+fn sampling(mesh: &Mesh, cell: f64) -> f64 {
+    f64::max(cell / 2.0, (DENSITY * mesh.area() / MOST_SAMPLES).sqrt())
+}
+
 /// What lies in each occupied cube and faces one way.
 fn clusters(mesh: &Mesh, cell: f64, mut keep: impl FnMut(&Point) -> bool) -> Vec<(Cube, Cluster)> {
     let mut clusters: FxHashMap<(Cube, u8), Cluster> = FxHashMap::default();
@@ -67,8 +78,9 @@ fn clusters(mesh: &Mesh, cell: f64, mut keep: impl FnMut(&Point) -> bool) -> Vec
             add(point.coords, *normal, 1.0);
         }
     }
+    let spacing = sampling(mesh, cell);
     for t in 0..mesh.triangles.len() {
-        sample(&mesh.corners(t), cell / 2.0, &mut add);
+        sample(&mesh.corners(t), spacing, &mut add);
     }
     merge(clusters)
 }

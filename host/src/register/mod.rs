@@ -30,7 +30,7 @@ use lacuna::pose_fit::{Hint, Round};
 use lacuna::{Model, sample};
 pub use placed::Placed;
 use planes::without_planes;
-use rank::{Scored, among_clutter, convincing, finals, next_best, ranked, sure};
+use rank::{Scored, among_clutter, convincing, finals, hopeless, next_best, ranked, sure};
 use rayon::prelude::*;
 use resize::resized;
 use search::{Effort, Search};
@@ -215,8 +215,8 @@ fn register_within(model: &Model<'_>, scan: &Mesh, seed: u64, turns: u64) -> Res
     let search = Search::new(&field, points, 1.0 / f64::from(model.header().spacing), seed);
     let [mut finals, mut rest] = searched(model, &field, points, &search, 0..GLANCE);
     for turn in GLANCE..turns {
-        let sure = |best| sure(&field, best, finals.iter().chain(&rest));
-        if finals.first().is_some_and(sure) {
+        let done = |best| hopeless(best) || sure(&field, best, finals.iter().chain(&rest));
+        if finals.first().is_some_and(done) {
             break;
         }
         let [more, others] = searched(model, &field, points, &search, turn..turn + 1);

@@ -72,6 +72,17 @@ pub fn convincing(field: &Field, ranked: &[Scored]) -> bool {
     best.inliers >= CONVINCING && next_best(field, best, others) <= CONVINCING_RIVAL * best.inliers
 }
 
+/// A pose that explains less than this share of a scan,
+const NEXT_TO_NOTHING: f64 = 0.1;
+/// no more exactly than this, explains it by chance: points anywhere within reach make 8/15. Scans of noise and of shuffled
+/// triangles 0.02 to 0.05 and 0.53 to 0.6; a raw photogrammetry scan with hair and shoulders 0.33 and 0.74.
+const BY_CHANCE: f64 = 0.62;
+
+/// Whether no search would find a pose that explains more than chance does.
+pub fn hopeless(best: &Scored) -> bool {
+    best.inliers < NEXT_TO_NOTHING && best.exactness() < BY_CHANCE
+}
+
 /// A pose among clutter is sure if it explains its inliers this exactly. Three wrong ones among 168 scenes with hair: 0.69
 /// to 0.742.
 const SURE: f64 = 0.75;
@@ -172,6 +183,19 @@ mod tests {
         assert!(explains(0.82, 0.77), "a face that takes the size of its hair");
         assert!(!explains(0.92, 0.7), "a bone that is followed badly");
         assert!(!explains(0.85, 0.85), "a face with a few specks");
+    }
+
+    #[test]
+    fn what_little_is_explained_inexactly_is_hopeless() {
+        let scored = |inliers: f64, exactness: f64| Scored {
+            pose: Pose::IDENTITY,
+            explained: inliers * exactness,
+            inliers,
+            size: 1.0,
+            shape: vec![],
+        };
+        let verdicts = [(0.04, 0.56), (0.04, 0.75), (0.3, 0.56)].map(|(i, e)| hopeless(&scored(i, e)));
+        assert_eq!(verdicts, [true, false, false], "noise, a face in a large scene, another kind of object");
     }
 
     #[test]

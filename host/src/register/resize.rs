@@ -3,7 +3,7 @@
 
 use super::field::Field;
 use super::joint::near;
-use super::rank::{Scored, ranked};
+use super::rank::{Scored, hopeless, ranked};
 use super::trim::settled_alone;
 use crate::mesh::{Point, Vector};
 use crate::points::OrientedPoints;
@@ -23,7 +23,9 @@ pub fn resized(
     mut finals: Vec<Scored>,
 ) -> Vec<Scored> {
     for _ in 0..ROUNDS {
-        let Some(best) = finals.first().filter(|best| best.is_among_clutter()) else { break };
+        let Some(best) = finals.first().filter(|best| best.is_among_clutter() && !hopeless(best)) else {
+            break;
+        };
         let (pose, explained) = (best.pose, best.explained);
         let middle = middle(points, &near(field, points, &pose));
         let other = |&growth: &f32| settled_alone(model, field, points, grown(&pose, &middle, growth)).ok();

@@ -1,0 +1,89 @@
+//! What of the measured surface stands out of the shapes that the class can take: a swelling, a strap, a hand that lies on it.
+//! The local fit follows it, and it counts as measured; only the global fit tells.
+
+use super::dense::Dense;
+use super::merge::{MEASURED, Merged};
+use crate::register::Placed;
+use lacuna::pose_row::steepness;
+use serde::Serialize;
+
+/// What lies farther outside the global fit than this stands out, class millimetres.
+const OUT: f64 = 5.0;
+/// Area of it that is nothing to talk about, square class millimetres: twenty scans of faces 100 at most, a real face 350;
+/// bumps of 10 mm on a cheek, 25 mm around, 500 to 1700.
+const LITTLE: f64 = 450.0;
+
+/// What stands out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Outgrowth {
+    /// Its area.
+    pub area: f64,
+    /// How far at most, along the normal of the global fit.
+    pub height: f64,
+}
+
+impl Outgrowth {
+    /// What stands out of a completed mesh, in its unit. `global` is the global fit; `millimetre` is a class millimetre in
+    /// the mesh's unit.
+    pub fn of(merged: &Merged, global: &Dense, placed: &Placed, millimetre: f64) -> Self {
+        let scale = f64::from(placed.pose.scale);
+        let height = |v: usize| {
+            let (distance, gradient) = global.at(&placed.to_model(&merged.mesh.points[v]))?;
+            Some(distance / f64::from(steepness(gradient.map(|c| c as f32).into())) / scale)
+        };
+        let measured = |v: usize| merged.labels[v] == MEASURED;
+        let out = |v: usize| height(v).filter(|&height| measured(v) && height > OUT * millimetre);
+        let heights: Vec<Option<f64>> = (0..merged.labels.len()).map(out).collect();
+        let area = |(t, corners): (usize, &[u32; 3])| {
+            let out = corners.iter().filter(|&&v| heights[v as usize].is_some()).count();
+            if out > 0 { merged.mesh.area_of(t) * out as f64 / 3.0 } else { 0.0 }
+        };
+        Self {
+            area: merged.mesh.triangles.iter().enumerate().map(area).sum(),
+            height: heights.into_iter().flatten().fold(0.0, f64::max),
+        }
+    }
+
+    /// Whether it is so much that the scan shows something that the class has not; `millimetre` is a class millimetre.
+    pub fn is_large(&self, millimetre: f64) -> bool {
+        self.area > LITTLE * millimetre * millimetre
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{Mesh, Point, Vector};
+    use crate::surface::shapes::ball;
+    use lacuna::Pose;
+
+    #[test]
+    fn a_bump_on_a_ball_stands_out_where_it_was_measured() {
+        let sides = [40; 3];
+        let middle = Point::new(20.0, 20.0, 20.0);
+        let place = |i: usize| Point::from(crate::raster::voxel(sides, i).map(|v| v as f64));
+        let values = (0..64000).map(|i| ((place(i) - middle).norm() - 10.0) as f32).collect();
+        let global = Dense { sides, values };
+        let mesh = ball(40, 10.0);
+        let centre =
+            mesh.points.iter().fold(Vector::zeros(), |sum, p| sum + p.coords) / mesh.points.len() as f64;
+        let lifted = |p: &Point| {
+            let away = (p.coords - centre).normalize();
+            middle + away * if away.z > 0.9 { 17.0 } else { 10.5 }
+        };
+        let points: Vec<Point> = mesh.points.iter().map(lifted).collect();
+        let count = points.len();
+        let merged = |label: u8| Merged {
+            mesh: Mesh { points: points.clone(), ..mesh.clone() },
+            labels: vec![label; count],
+            ..Merged::default()
+        };
+        let placed = Placed { centre: Point::origin(), pose: Pose::IDENTITY };
+        let found = Outgrowth::of(&merged(MEASURED), &global, &placed, 1.0);
+        let cap = std::f64::consts::TAU * 17.0 * 17.0 * 0.1;
+        assert!((found.height - 7.0).abs() < 0.2, "{found:?}");
+        assert!((0.7..1.6).contains(&(found.area / cap)), "{found:?} of {cap}");
+        assert!(!found.is_large(1.0) && found.is_large(0.3));
+        assert_eq!(Outgrowth::of(&merged(1 - MEASURED), &global, &placed, 1.0), Outgrowth::default());
+    }
+}
