@@ -110,7 +110,9 @@ pub enum Error {
         hint: String,
     },
     /// Nothing matched.
-    #[error("the scan does not match the model anywhere: is it of the same class?")]
+    #[error(
+        "the scan does not match the model anywhere: is it of the same class, one surface with little noise, facing outwards?"
+    )]
     NoMatch,
     /// The core refused.
     #[error("the pose could not be refined: {}", sentence("the model", .0))]
@@ -224,7 +226,9 @@ fn register_within(model: &Model<'_>, scan: &Mesh, seed: u64, turns: u64) -> Res
         finals = ranked(finals);
         rest.extend(others);
     }
-    let Some((best, others)) = finals.split_first() else { return Err(Error::NoMatch) };
+    let Some((best, others)) = finals.split_first().filter(|(best, _)| !hopeless(best)) else {
+        return Err(Error::NoMatch);
+    };
     let runner_up = next_best(&field, best, others.iter().chain(&rest)).min(best.inliers);
     Ok(foreground.registration(model, best.clone(), runner_up))
 }
