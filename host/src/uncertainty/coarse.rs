@@ -51,7 +51,7 @@ fn across_edges(mesh: &Mesh) -> Vec<(f64, f64)> {
 /// Distance of points to their second neighbour, and the angle between their normals.
 fn between_points(cloud: &Mesh) -> Vec<(f64, f64)> {
     let pairs = neighbours(&cloud.points, &cloud.vertex_normals(), NEAREST);
-    pairs.into_iter().map(|(length, cosine)| (length, libm::acos(cosine.clamp(-1.0, 1.0)))).collect()
+    pairs.into_iter().map(|pair| (pair.distance, libm::acos(pair.cosine.clamp(-1.0, 1.0)))).collect()
 }
 
 #[cfg(test)]

@@ -2,6 +2,8 @@
 //! never a panic, ten seconds, or a GiB.
 #![cfg(target_os = "linux")]
 
+use lacuna_host::io::{PlyOut, write_ply};
+use lacuna_host::synth::Random;
 use lacuna_tests::nasty::{Expected, Nasty, all};
 use lacuna_tests::program::path;
 use std::collections::BTreeMap;
@@ -157,4 +159,25 @@ fn memory_is_refused_before_it_is_taken() {
     let said = String::from_utf8_lossy(&small.stderr).into_owned();
     assert!(small.status.code() == Some(1) && said.contains("--max-memory allows 1048576"), "{said}");
     assert!(bounded(folder.path(), &["check", "scan.ply", "--max-memory", "1G"]).status.success());
+}
+
+#[test]
+fn noise_and_triangles_at_random_end_soon() {
+    let folder = tempdir().unwrap();
+    let scan = folder.path().join("scan.ply");
+    std::fs::write(&scan, lacuna_fixtures::SCAN).unwrap();
+    let clean = lacuna_host::io::read(&scan).unwrap();
+    let mut random = Random::new(1, 1);
+    let mut noise = clean.clone();
+    noise.points.iter_mut().for_each(|p| *p += 20.0 * random.direction() * random.normal());
+    let mut shuffled = clean.clone();
+    let count = clean.points.len() as f64;
+    shuffled.triangles.iter_mut().flatten().for_each(|v| *v = random.range(0.0, count) as u32);
+    for (name, mesh) in [("noise.ply", noise), ("shuffled.ply", shuffled)] {
+        write_ply(&folder.path().join(name), &PlyOut::new(&mesh)).unwrap();
+        let output = bounded(folder.path(), &["complete", name, "--no-picture"]);
+        let [said, complaint] = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes));
+        let refused = complaint.contains("does not match the model anywhere");
+        assert!(refused || said.contains("reject"), "{name}: {said}{complaint}");
+    }
 }
