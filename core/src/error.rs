@@ -94,20 +94,20 @@ pub enum Part {
     Brick,
 }
 
-/// Buffers, for [`Error::BufferTooSmall`].
+/// Buffers, for [`Error::BufferTooSmall`]. Those of a completion have the names of the fields of [`Sizes`](crate::Sizes).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Buffer {
     /// Hull targets, one a stored voxel.
     Targets,
-    /// Hull keys, one a stored voxel.
+    /// Hull keys, one a stored voxel; in a completion the residuals' buffer holds them.
     Keys,
     /// The global fit's normal equations.
     Normal,
     /// The global fit's sums over one brick.
     Block,
     /// The global fit's weights, one a mode.
-    Weights,
+    Global,
     /// Weights of the nodes.
     NodeWeights,
     /// Weights of the nodes before the last step.
@@ -129,9 +129,9 @@ pub enum Buffer {
     /// The last rows of a depth image.
     DepthRows,
     /// Rows of the pose fit's points, transposed.
-    Columns,
+    PoseColumns,
     /// The pose fit's normal equations.
-    PoseSums,
+    PoseNormal,
     /// The pose fit's sums over one patch of points.
     PoseChunk,
     /// The pose fit's weights, one a mode.

@@ -63,7 +63,7 @@ impl<'m, 'b> GlobalFit<'m, 'b> {
         let length = normal_len(model.modes());
         let normal = first(normal, length, Buffer::Normal)?;
         let block = first(block, length, Buffer::Block)?;
-        let weights = first(weights, model.modes(), Buffer::Weights)?;
+        let weights = first(weights, model.modes(), Buffer::Global)?;
         normal.fill(0.0);
         Ok(Self { model, hull, ridge: f64::from(ridge), normal, block, weights, brick: 0 })
     }

@@ -134,7 +134,7 @@ impl<'m, 'b, A: Arithmetic> LocalFit<'m, 'b, A> {
         let widest = (0..layers).map(|z| nodes.before(z + 1) - nodes.before(z)).max().unwrap_or(0);
         let gradients = gradient_len(Extent { active, widest }, modes);
         let mut fit = Self {
-            weights: first(workspace.weights, weights, Buffer::NodeWeights)?,
+            weights: first(workspace.node_weights, weights, Buffer::NodeWeights)?,
             previous: first(workspace.previous, previous, Buffer::Previous)?,
             residuals: first(workspace.residuals, model.voxels(), Buffer::Residuals)?,
             rows: HullRows::new(model, stride.voxels, workspace.hull_rows)?,

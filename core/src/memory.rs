@@ -54,19 +54,19 @@ impl<A: Arithmetic> Memory<'_, A> {
         self.buffers().iter().map(Lent::bytes).fold(0, usize::saturating_add)
     }
 
-    /// All buffers, in the order of the sizes' `needed`.
+    /// All buffers, in the order of [`Sizes::named`](crate::Sizes::named).
     pub(crate) const fn buffers(&self) -> [Lent; BUFFERS] {
         let Self { pose, targets, normal, block, global, workspace: w } = self;
         [
-            Lent::new(Buffer::PoseSums, pose.normal),
+            Lent::new(Buffer::PoseNormal, pose.normal),
             Lent::new(Buffer::PoseChunk, pose.chunk),
-            Lent::new(Buffer::Columns, pose.columns),
+            Lent::new(Buffer::PoseColumns, pose.columns),
             Lent::new(Buffer::PoseWeights, pose.weights),
             Lent::new(Buffer::Targets, targets),
             Lent::new(Buffer::Normal, normal),
             Lent::new(Buffer::Block, block),
-            Lent::new(Buffer::Weights, global),
-            Lent::new(Buffer::NodeWeights, w.weights),
+            Lent::new(Buffer::Global, global),
+            Lent::new(Buffer::NodeWeights, w.node_weights),
             Lent::new(Buffer::Previous, w.previous),
             Lent::new(Buffer::Residuals, w.residuals),
             Lent::new(Buffer::HullRows, w.hull_rows),

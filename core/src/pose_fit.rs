@@ -211,9 +211,9 @@ impl<'a, 'b> PoseFit<'a, 'b> {
         rounds.iter().try_for_each(Round::check)?;
         let modes = model.modes();
         let buffers = PoseBuffers {
-            normal: first(buffers.normal, sums_len(modes), Buffer::PoseSums)?,
+            normal: first(buffers.normal, sums_len(modes), Buffer::PoseNormal)?,
             chunk: first(buffers.chunk, sums_len(modes), Buffer::PoseChunk)?,
-            columns: first(buffers.columns, columns_len(modes), Buffer::Columns)?,
+            columns: first(buffers.columns, columns_len(modes), Buffer::PoseColumns)?,
             weights: first(buffers.weights, modes, Buffer::PoseWeights)?,
         };
         buffers.weights.fill(0.0);

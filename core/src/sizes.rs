@@ -18,10 +18,24 @@ use crate::workspace::{cell_len, gradient_len, too_small};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Sizes {
+    /// Normal equations of the pose fit, f64.
+    pub pose_normal: usize,
+    /// The same of one patch of points, f32.
+    pub pose_chunk: usize,
+    /// Columns of the pose fit, each a [`Column`](crate::columns::Column).
+    pub pose_columns: usize,
+    /// Weights of the pose fit, f32.
+    pub pose_weights: usize,
     /// Hull targets, i16.
     pub targets: usize,
+    /// Normal equations of the global fit, f64.
+    pub normal: usize,
+    /// The same of one brick, i32.
+    pub block: usize,
+    /// Global weights, f64.
+    pub global: usize,
     /// Weights at the nodes.
-    pub weights: usize,
+    pub node_weights: usize,
     /// The same before the last step; 0 without momentum.
     pub previous: usize,
     /// Residuals; the hull's keys share this memory.
@@ -38,16 +52,6 @@ pub struct Sizes {
     pub nodes: usize,
     /// Weights and shares of a cell.
     pub cell: usize,
-    /// Normal equations of the global fit, f64.
-    pub normal: usize,
-    /// Sums of the global fit over a brick, i32.
-    pub block: usize,
-    /// Global weights, f64, and as many weights of the pose fit, f32.
-    pub global: usize,
-    /// Sums of the pose fit, f64, and again f32.
-    pub pose_sums: usize,
-    /// Columns of the pose fit, each a [`Column`](crate::columns::Column).
-    pub pose_columns: usize,
 }
 
 impl Sizes {
@@ -60,11 +64,18 @@ impl Sizes {
         let (modes, voxels) = (model.modes(), model.voxels());
         let (Extent { active, widest }, nodes) = (Extent::of(model, stride), model.grid().nodes(stride));
         // More than a usize can say is more than any memory has.
-        let weights = active.saturating_mul(modes);
+        let node_weights = active.saturating_mul(modes);
         Ok(Self {
+            pose_normal: sums_len(modes),
+            pose_chunk: sums_len(modes),
+            pose_columns: columns_len(modes),
+            pose_weights: modes,
             targets: voxels,
-            weights,
-            previous: if schedule.momentum == 0 { 0 } else { weights },
+            normal: normal_len(modes),
+            block: normal_len(modes),
+            global: modes,
+            node_weights,
+            previous: if schedule.momentum == 0 { 0 } else { node_weights },
             residuals: voxels,
             hull_rows: rows_len(model),
             gradient: gradient_len(Extent { active, widest }, modes),
@@ -72,19 +83,22 @@ impl Sizes {
             reciprocals: active,
             nodes: map_len(nodes),
             cell: cell_len(modes, stride),
-            normal: normal_len(modes),
-            block: normal_len(modes),
-            global: modes,
-            pose_sums: sums_len(modes),
-            pose_columns: columns_len(modes),
         })
     }
 
-    /// The sizes with names for constants, as a build script writes them for statics.
-    pub const fn named(&self) -> [(&'static str, usize); 15] {
+    /// The sizes with names for constants, as a build script writes them for statics: those of
+    /// [`Buffer`](crate::error::Buffer), in the order in which they are checked.
+    pub const fn named(&self) -> [(&'static str, usize); BUFFERS] {
         [
+            ("POSE_NORMAL", self.pose_normal),
+            ("POSE_CHUNK", self.pose_chunk),
+            ("POSE_COLUMNS", self.pose_columns),
+            ("POSE_WEIGHTS", self.pose_weights),
             ("TARGETS", self.targets),
-            ("WEIGHTS", self.weights),
+            ("NORMAL", self.normal),
+            ("BLOCK", self.block),
+            ("GLOBAL", self.global),
+            ("NODE_WEIGHTS", self.node_weights),
             ("PREVIOUS", self.previous),
             ("RESIDUALS", self.residuals),
             ("HULL_ROWS", self.hull_rows),
@@ -93,11 +107,6 @@ impl Sizes {
             ("RECIPROCALS", self.reciprocals),
             ("NODES", self.nodes),
             ("CELL", self.cell),
-            ("NORMAL", self.normal),
-            ("BLOCK", self.block),
-            ("GLOBAL", self.global),
-            ("POSE_SUMS", self.pose_sums),
-            ("POSE_COLUMNS", self.pose_columns),
         ]
     }
 
@@ -106,9 +115,9 @@ impl Sizes {
     /// # Errors
     /// The first buffer that is too small.
     pub fn check<A: Arithmetic>(&self, memory: &Memory<'_, A>) -> Result<(), Error> {
-        let mut buffers = memory.buffers().into_iter().zip(self.needed());
-        let short = buffers.find(|(lent, needed)| lent.elements < *needed);
-        short.map_or(Ok(()), |(lent, needed)| Err(too_small(lent.name, needed, lent.elements)))
+        let mut buffers = memory.buffers().into_iter().zip(self.named());
+        let short = buffers.find(|(lent, (_, needed))| lent.elements < *needed);
+        short.map_or(Ok(()), |(lent, (_, needed))| Err(too_small(lent.name, needed, lent.elements)))
     }
 
     /// Bytes of all buffers in an arithmetic; `usize::MAX` if they are more than a `usize` can say.
@@ -124,31 +133,11 @@ impl Sizes {
 
     fn bytes_of_first<A: Arithmetic>(&self, count: usize) -> usize {
         let none = Memory::<A>::default();
-        let bytes =
-            none.buffers().into_iter().zip(self.needed()).map(|(buffer, n)| n.saturating_mul(buffer.size));
+        let bytes = none
+            .buffers()
+            .into_iter()
+            .zip(self.named())
+            .map(|(buffer, (_, n))| n.saturating_mul(buffer.size));
         bytes.take(count).fold(0, usize::saturating_add)
-    }
-
-    /// Elements of each buffer, in the order of [`Memory::buffers`].
-    const fn needed(&self) -> [usize; BUFFERS] {
-        [
-            self.pose_sums,
-            self.pose_sums,
-            self.pose_columns,
-            self.global,
-            self.targets,
-            self.normal,
-            self.block,
-            self.global,
-            self.weights,
-            self.previous,
-            self.residuals,
-            self.hull_rows,
-            self.gradient,
-            self.dense,
-            self.reciprocals,
-            self.nodes,
-            self.cell,
-        ]
     }
 }

@@ -9,7 +9,7 @@ use crate::nodes::Extent;
 #[derive(Debug)]
 pub struct Workspace<'b, A: Arithmetic> {
     /// K weights for each active node, mode fastest.
-    pub weights: &'b mut [A::Weight],
+    pub node_weights: &'b mut [A::Weight],
     /// The weights before the last step; may be empty without momentum.
     pub previous: &'b mut [A::Weight],
     /// Weighted residuals, one a stored voxel.
@@ -31,7 +31,7 @@ pub struct Workspace<'b, A: Arithmetic> {
 impl<A: Arithmetic> Default for Workspace<'_, A> {
     fn default() -> Self {
         Self {
-            weights: &mut [],
+            node_weights: &mut [],
             previous: &mut [],
             residuals: &mut [],
             hull_rows: &mut [],
@@ -62,7 +62,7 @@ impl<A: Arithmetic> Workspace<'_, A> {
     /// The same memory, lent on for a while.
     pub const fn reborrow(&mut self) -> Workspace<'_, A> {
         Workspace {
-            weights: self.weights,
+            node_weights: self.node_weights,
             previous: self.previous,
             residuals: self.residuals,
             hull_rows: self.hull_rows,

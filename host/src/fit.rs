@@ -82,15 +82,15 @@ impl fmt::Display for Digests {
 #[derive(Debug)]
 #[allow(missing_docs)] // One field a buffer of `Memory`, which describes them.
 pub struct Buffers<A: Arithmetic> {
-    pub sums: Vec<f64>,
-    pub chunk: Vec<f32>,
-    pub columns: Vec<Column>,
-    pub shape: Vec<f32>,
+    pub pose_normal: Vec<f64>,
+    pub pose_chunk: Vec<f32>,
+    pub pose_columns: Vec<Column>,
+    pub pose_weights: Vec<f32>,
     pub targets: Vec<i16>,
     pub normal: Vec<f64>,
     pub block: Vec<i32>,
     pub global: Vec<f64>,
-    pub weights: Vec<A::Weight>,
+    pub node_weights: Vec<A::Weight>,
     pub previous: Vec<A::Weight>,
     pub residuals: Vec<A::Residual>,
     pub hull_rows: Vec<u8>,
@@ -105,15 +105,15 @@ impl<A: Arithmetic> Buffers<A> {
     /// As many elements as `sizes` asks for.
     pub fn new(sizes: &Sizes) -> Self {
         Self {
-            sums: vec![0.0; sizes.pose_sums],
-            chunk: vec![0.0; sizes.pose_sums],
-            columns: vec![[0; PATCH]; sizes.pose_columns],
-            shape: vec![0.0; sizes.global],
+            pose_normal: vec![0.0; sizes.pose_normal],
+            pose_chunk: vec![0.0; sizes.pose_chunk],
+            pose_columns: vec![[0; PATCH]; sizes.pose_columns],
+            pose_weights: vec![0.0; sizes.pose_weights],
             targets: vec![0; sizes.targets],
             normal: vec![0.0; sizes.normal],
             block: vec![0; sizes.block],
             global: vec![0.0; sizes.global],
-            weights: vec![A::Weight::default(); sizes.weights],
+            node_weights: vec![A::Weight::default(); sizes.node_weights],
             previous: vec![A::Weight::default(); sizes.previous],
             residuals: vec![A::Residual::default(); sizes.residuals],
             hull_rows: vec![0; sizes.hull_rows],
@@ -129,17 +129,17 @@ impl<A: Arithmetic> Buffers<A> {
     pub fn memory(&mut self) -> Memory<'_, A> {
         Memory {
             pose: PoseBuffers {
-                normal: &mut self.sums,
-                chunk: &mut self.chunk,
-                columns: &mut self.columns,
-                weights: &mut self.shape,
+                normal: &mut self.pose_normal,
+                chunk: &mut self.pose_chunk,
+                columns: &mut self.pose_columns,
+                weights: &mut self.pose_weights,
             },
             targets: &mut self.targets,
             normal: &mut self.normal,
             block: &mut self.block,
             global: &mut self.global,
             workspace: Workspace {
-                weights: &mut self.weights,
+                node_weights: &mut self.node_weights,
                 previous: &mut self.previous,
                 residuals: &mut self.residuals,
                 hull_rows: &mut self.hull_rows,

@@ -1,6 +1,6 @@
 //! What the core refuses, as sentences: what is wrong and what to do.
 
-use lacuna::error::OptionName;
+use lacuna::error::{Buffer, OptionName};
 use lacuna::format::{PER_VOXEL, VERSION};
 use lacuna::pose_fit::FEWEST_POINTS;
 use lacuna::schedule::WIDEST;
@@ -25,7 +25,9 @@ pub fn sentence(subject: &str, error: &Error) -> String {
         Error::Inconsistent(part) => format!("{subject} contradicts itself ({part:?}): train it again"),
         Error::BufferTooSmall { buffer, needed, given } => {
             format!(
-                "the buffer {buffer:?} has {given} elements, {needed} are needed: lend it as many as Sizes tells"
+                "the buffer for {} has {given} elements, {needed} are needed: {}",
+                contents(*buffer),
+                remedy(*buffer)
             )
         }
         Error::Stride { asked, brick } => {
@@ -42,6 +44,40 @@ pub fn sentence(subject: &str, error: &Error) -> String {
             format!("{given} points are too few to find a pose, {FEWEST_POINTS} are needed: scan more of it")
         }
         Error::EmptyHull => "the scan does not touch the model in this pose: is the pose right?".into(),
+    }
+}
+
+/// What a buffer holds, with the name that `lacuna inspect --rust` gives its size.
+const fn contents(buffer: Buffer) -> &'static str {
+    match buffer {
+        Buffer::Targets => "the hull's targets (TARGETS)",
+        Buffer::Keys => "the hull's keys (RESIDUALS)",
+        Buffer::Normal => "the global fit's normal equations (NORMAL)",
+        Buffer::Block => "the global fit's sums over a brick (BLOCK)",
+        Buffer::Global => "the global weights (GLOBAL)",
+        Buffer::NodeWeights => "the weights at the nodes (NODE_WEIGHTS)",
+        Buffer::Previous => "the nodes' weights before the last step (PREVIOUS)",
+        Buffer::Residuals => "the residuals (RESIDUALS)",
+        Buffer::HullRows => "the masks of the hull's rows (HULL_ROWS)",
+        Buffer::Gradient => "the gradients at the nodes (GRADIENT)",
+        Buffer::Dense => "the node field of the box filter (DENSE)",
+        Buffer::Reciprocals => "the reciprocal curvatures (RECIPROCALS)",
+        Buffer::Nodes => "the map of the nodes (NODES)",
+        Buffer::Cell => "the numbers of a cell (CELL)",
+        Buffer::DepthRows => "the last rows of a depth image",
+        Buffer::PoseColumns => "the pose fit's columns (POSE_COLUMNS)",
+        Buffer::PoseNormal => "the pose fit's normal equations (POSE_NORMAL)",
+        Buffer::PoseChunk => "the pose fit's sums over a patch (POSE_CHUNK)",
+        Buffer::PoseWeights => "the pose fit's weights (POSE_WEIGHTS)",
+    }
+}
+
+/// What makes a buffer large enough.
+const fn remedy(buffer: Buffer) -> &'static str {
+    match buffer {
+        // How many rows are kept is the firmware's choice, no model's.
+        Buffer::DepthRows => "lend it as many",
+        _ => "lend it as many as Sizes tells",
     }
 }
 
@@ -82,6 +118,35 @@ fn option(name: OptionName) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use lacuna::Sizes;
+
+    #[test]
+    fn a_buffer_that_is_too_small_is_told_by_the_name_of_its_constant() {
+        let buffers = [
+            Buffer::PoseNormal,
+            Buffer::PoseChunk,
+            Buffer::PoseColumns,
+            Buffer::PoseWeights,
+            Buffer::Targets,
+            Buffer::Normal,
+            Buffer::Block,
+            Buffer::Global,
+            Buffer::NodeWeights,
+            Buffer::Previous,
+            Buffer::Residuals,
+            Buffer::HullRows,
+            Buffer::Gradient,
+            Buffer::Dense,
+            Buffer::Reciprocals,
+            Buffer::Nodes,
+            Buffer::Cell,
+        ];
+        for (buffer, (constant, _)) in buffers.into_iter().zip(Sizes::default().named()) {
+            let error = Error::BufferTooSmall { buffer, needed: 20, given: 10 };
+            let said = sentence("the model", &error);
+            assert!(said.contains(&format!("({constant}) has 10 elements, 20 are needed")), "{said}");
+        }
+    }
 
     #[test]
     fn ranges_are_told_of_the_option_that_has_them() {

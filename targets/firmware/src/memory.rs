@@ -24,11 +24,11 @@ static TARGETS: Cell<i16, { sizes::TARGETS }> = Cell::new([0; sizes::TARGETS]);
 static NORMAL: Cell<f64, { sizes::NORMAL }> = Cell::new([0.0; sizes::NORMAL]);
 static BLOCK: Cell<i32, { sizes::BLOCK }> = Cell::new([0; sizes::BLOCK]);
 static GLOBAL: Cell<f64, { sizes::GLOBAL }> = Cell::new([0.0; sizes::GLOBAL]);
-static POSE_NORMAL: Cell<f64, { sizes::POSE_SUMS }> = Cell::new([0.0; sizes::POSE_SUMS]);
-static POSE_CHUNK: Cell<f32, { sizes::POSE_SUMS }> = Cell::new([0.0; sizes::POSE_SUMS]);
+static POSE_NORMAL: Cell<f64, { sizes::POSE_NORMAL }> = Cell::new([0.0; sizes::POSE_NORMAL]);
+static POSE_CHUNK: Cell<f32, { sizes::POSE_CHUNK }> = Cell::new([0.0; sizes::POSE_CHUNK]);
 static POSE_COLUMNS: Cell<Column, { sizes::POSE_COLUMNS }> = Cell::new([[0; PATCH]; sizes::POSE_COLUMNS]);
-static POSE_WEIGHTS: Cell<f32, { sizes::GLOBAL }> = Cell::new([0.0; sizes::GLOBAL]);
-static WEIGHTS: Cell<i16, { sizes::WEIGHTS }> = Cell::new([0; sizes::WEIGHTS]);
+static POSE_WEIGHTS: Cell<f32, { sizes::POSE_WEIGHTS }> = Cell::new([0.0; sizes::POSE_WEIGHTS]);
+static NODE_WEIGHTS: Cell<i16, { sizes::NODE_WEIGHTS }> = Cell::new([0; sizes::NODE_WEIGHTS]);
 static PREVIOUS: Cell<i16, { sizes::PREVIOUS }> = Cell::new([0; sizes::PREVIOUS]);
 static RESIDUALS: Cell<i16, { sizes::RESIDUALS }> = Cell::new([0; sizes::RESIDUALS]);
 static HULL_ROWS: Cell<u8, { sizes::HULL_ROWS }> = Cell::new([0; sizes::HULL_ROWS]);
@@ -55,7 +55,7 @@ pub fn take() -> Option<(Scan, Memory<'static, Fixed>)> {
         weights: POSE_WEIGHTS.try_take()?,
     };
     let workspace = Workspace {
-        weights: WEIGHTS.try_take()?,
+        node_weights: NODE_WEIGHTS.try_take()?,
         previous: PREVIOUS.try_take()?,
         residuals: RESIDUALS.try_take()?,
         hull_rows: HULL_ROWS.try_take()?,

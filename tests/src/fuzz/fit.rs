@@ -107,15 +107,15 @@ fn used<A: Arithmetic>(model: &Model<'_>, settings: Settings<'_>, buffers: &mut 
 
 fn soil<A: Arithmetic>(buffers: &mut Buffers<A>, rubbish: u8) {
     let number = f64::from(rubbish);
-    buffers.sums.fill(number);
-    buffers.chunk.fill(number as f32);
-    buffers.columns.fill([number as i16; PATCH]);
-    buffers.shape.fill(number as f32);
+    buffers.pose_normal.fill(number);
+    buffers.pose_chunk.fill(number as f32);
+    buffers.pose_columns.fill([number as i16; PATCH]);
+    buffers.pose_weights.fill(number as f32);
     buffers.targets.fill(i16::from(rubbish) * 77);
     buffers.normal.fill(number);
     buffers.block.fill(i32::from(rubbish) << 16);
     buffers.global.fill(number);
-    buffers.weights.fill(A::weight(number));
+    buffers.node_weights.fill(A::weight(number));
     buffers.previous.fill(A::weight(-number));
     buffers.hull_rows.fill(rubbish);
     buffers.nodes.fill(u32::from(rubbish) << 8);

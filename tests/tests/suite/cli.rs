@@ -198,7 +198,7 @@ fn inspect_writes_the_constants_that_firmware_is_built_with() {
     let text = std::fs::read_to_string(folder.path().join("sizes.rs")).unwrap();
     let sizes = lacuna::Sizes::required(&model(), &lacuna::Schedule::of(&model())).unwrap();
     for (name, value) in
-        [("TARGETS", sizes.targets), ("WEIGHTS", sizes.weights), ("POSE_SUMS", sizes.pose_sums)]
+        [("TARGETS", sizes.targets), ("NODE_WEIGHTS", sizes.node_weights), ("GLOBAL", sizes.global)]
     {
         assert!(text.contains(&format!("pub const {name}: usize = {value};\n")), "{name} in {text}");
     }

@@ -77,6 +77,18 @@ fn a_round_that_the_pose_fit_cannot_do_is_refused_by_name() {
     }
 }
 
+/// A variant's name as a constant has it.
+fn upper_case(variant: &str) -> String {
+    let mut constant = String::new();
+    for letter in variant.chars() {
+        if letter.is_uppercase() && !constant.is_empty() {
+            constant.push('_');
+        }
+        constant.push(letter.to_ascii_uppercase());
+    }
+    constant
+}
+
 /// Takes the last element of a buffer away.
 type Shorten = fn(&mut Buffers<Fixed>);
 
@@ -87,15 +99,15 @@ fn a_buffer_one_element_short_is_refused_by_name() {
     let sizes = Sizes::required(&model, &schedule).unwrap();
     let points = head_points(1000).packed();
     let cases: [(Buffer, Shorten); 17] = [
-        (Buffer::PoseSums, |b| _ = b.sums.pop()),
-        (Buffer::PoseChunk, |b| _ = b.chunk.pop()),
-        (Buffer::Columns, |b| _ = b.columns.pop()),
-        (Buffer::PoseWeights, |b| _ = b.shape.pop()),
+        (Buffer::PoseNormal, |b| _ = b.pose_normal.pop()),
+        (Buffer::PoseChunk, |b| _ = b.pose_chunk.pop()),
+        (Buffer::PoseColumns, |b| _ = b.pose_columns.pop()),
+        (Buffer::PoseWeights, |b| _ = b.pose_weights.pop()),
         (Buffer::Targets, |b| _ = b.targets.pop()),
         (Buffer::Normal, |b| _ = b.normal.pop()),
         (Buffer::Block, |b| _ = b.block.pop()),
-        (Buffer::Weights, |b| _ = b.global.pop()),
-        (Buffer::NodeWeights, |b| _ = b.weights.pop()),
+        (Buffer::Global, |b| _ = b.global.pop()),
+        (Buffer::NodeWeights, |b| _ = b.node_weights.pop()),
         (Buffer::Previous, |b| _ = b.previous.pop()),
         (Buffer::Residuals, |b| _ = b.residuals.pop()),
         (Buffer::HullRows, |b| _ = b.hull_rows.pop()),
@@ -105,7 +117,8 @@ fn a_buffer_one_element_short_is_refused_by_name() {
         (Buffer::Nodes, |b| _ = b.nodes.pop()),
         (Buffer::Cell, |b| _ = b.cell.pop()),
     ];
-    for (buffer, shorten) in cases {
+    for ((buffer, shorten), (constant, _)) in cases.into_iter().zip(sizes.named()) {
+        assert_eq!(upper_case(&format!("{buffer:?}")), constant, "one name for one buffer");
         let mut buffers = Buffers::new(&sizes);
         shorten(&mut buffers);
         let error = complete(&model, &points, schedule, &mut buffers).unwrap_err();
@@ -129,7 +142,7 @@ fn without_momentum_no_previous_weights_are_needed() {
     let sizes = |schedule: &Schedule<'_>| Sizes::required(&model, schedule).unwrap();
     assert_eq!(sizes(&Schedule::of(&model)).previous, 0);
     let with = sizes(&Schedule::with_momentum(&model));
-    assert_eq!(with.previous, with.weights);
+    assert_eq!(with.previous, with.node_weights);
 }
 
 #[test]

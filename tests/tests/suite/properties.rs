@@ -59,7 +59,7 @@ fn modes_that_a_local_fit_is_not_told_begin_at_zero_whatever_was_in_the_memory()
     let targets = vec![0; model.voxels()];
     let begun = |start: &[f64], left: i16| {
         let mut buffers = Buffers::<Fixed>::new(&Sizes::required(&model, &schedule).unwrap());
-        buffers.weights.fill(left);
+        buffers.node_weights.fill(left);
         let workspace = buffers.memory().workspace;
         LocalFit::new(&model, Hull::new(&targets), start, schedule, workspace).unwrap().weights().to_vec()
     };
