@@ -1,13 +1,16 @@
-//! Memory of one stage, lent to an earlier one that keeps numbers of another kind in it; zero is what it begins with.
+//! A later stage's buffer serves an earlier stage as scratch, so that it needs no memory of its own.
 //!
-//! The hull's keys live in the memory of the residuals, distances of the jointly fitted surface in that of the gradient:
-//! neither is needed before the hull is finished.
+//! The stages of a completion come one after the other, and the buffers of the last one, the local fit, hold nothing while
+//! the hull is built. So the hull keeps its keys (u16) where the residuals will be (i16, or f64 in floating point), and the
+//! jointly fitted surface keeps its voxels' numbers and distances (u32) where the gradients will be (i32 or f64). [`Lent`]
+//! says how a number of the earlier stage is kept in an element of the later one, without unsafe code. Default elements hold
+//! the number 0; the later stage writes an element before it reads it.
 
-/// Memory that can hold numbers of another kind.
+/// An element of a later stage's buffer, lent to an earlier stage that keeps a `T` in it.
 pub trait Lent<T>: Copy + Default {
-    /// A number in this memory.
+    /// An element that keeps the number.
     fn store(number: T) -> Self;
-    /// The number that was stored.
+    /// The number that was stored; 0 of the default.
     fn load(self) -> T;
 }
 

@@ -23,16 +23,16 @@ pub struct Memory<'b, A: Arithmetic> {
     pub workspace: Workspace<'b, A>,
 }
 
-/// A buffer of a [`Memory`].
+/// What a buffer of a [`Memory`] is called, and how large it is.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Lent {
+pub(crate) struct Borrowed {
     pub name: Buffer,
     pub elements: usize,
     /// Bytes of an element.
     pub size: usize,
 }
 
-impl Lent {
+impl Borrowed {
     const fn new<T>(name: Buffer, buffer: &[T]) -> Self {
         Self { name, elements: buffer.len(), size: size_of::<T>() }
     }
@@ -51,30 +51,30 @@ pub(crate) const POSE_BUFFERS: usize = 4;
 impl<A: Arithmetic> Memory<'_, A> {
     /// Bytes that are lent.
     pub fn bytes(&self) -> usize {
-        self.buffers().iter().map(Lent::bytes).fold(0, usize::saturating_add)
+        self.buffers().iter().map(Borrowed::bytes).fold(0, usize::saturating_add)
     }
 
     /// All buffers, in the order of [`Sizes::named`](crate::Sizes::named).
-    pub(crate) const fn buffers(&self) -> [Lent; BUFFERS] {
+    pub(crate) const fn buffers(&self) -> [Borrowed; BUFFERS] {
         let Self { pose, targets, normal, block, global, workspace: w } = self;
         [
-            Lent::new(Buffer::PoseNormal, pose.normal),
-            Lent::new(Buffer::PoseChunk, pose.chunk),
-            Lent::new(Buffer::PoseColumns, pose.columns),
-            Lent::new(Buffer::PoseWeights, pose.weights),
-            Lent::new(Buffer::Targets, targets),
-            Lent::new(Buffer::Normal, normal),
-            Lent::new(Buffer::Block, block),
-            Lent::new(Buffer::Global, global),
-            Lent::new(Buffer::NodeWeights, w.node_weights),
-            Lent::new(Buffer::Previous, w.previous),
-            Lent::new(Buffer::Residuals, w.residuals),
-            Lent::new(Buffer::HullRows, w.hull_rows),
-            Lent::new(Buffer::Gradient, w.gradient),
-            Lent::new(Buffer::Dense, w.dense),
-            Lent::new(Buffer::Reciprocals, w.reciprocals),
-            Lent::new(Buffer::Nodes, w.nodes),
-            Lent::new(Buffer::Cell, w.cell),
+            Borrowed::new(Buffer::PoseNormal, pose.normal),
+            Borrowed::new(Buffer::PoseChunk, pose.chunk),
+            Borrowed::new(Buffer::PoseColumns, pose.columns),
+            Borrowed::new(Buffer::PoseWeights, pose.weights),
+            Borrowed::new(Buffer::Targets, targets),
+            Borrowed::new(Buffer::Normal, normal),
+            Borrowed::new(Buffer::Block, block),
+            Borrowed::new(Buffer::Global, global),
+            Borrowed::new(Buffer::NodeWeights, w.node_weights),
+            Borrowed::new(Buffer::Previous, w.previous),
+            Borrowed::new(Buffer::Residuals, w.residuals),
+            Borrowed::new(Buffer::HullRows, w.hull_rows),
+            Borrowed::new(Buffer::Gradient, w.gradient),
+            Borrowed::new(Buffer::Dense, w.dense),
+            Borrowed::new(Buffer::Reciprocals, w.reciprocals),
+            Borrowed::new(Buffer::Nodes, w.nodes),
+            Borrowed::new(Buffer::Cell, w.cell),
         ]
     }
 

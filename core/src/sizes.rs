@@ -116,8 +116,8 @@ impl Sizes {
     /// The first buffer that is too small.
     pub fn check<A: Arithmetic>(&self, memory: &Memory<'_, A>) -> Result<(), Error> {
         let mut buffers = memory.buffers().into_iter().zip(self.named());
-        let short = buffers.find(|(lent, (_, needed))| lent.elements < *needed);
-        short.map_or(Ok(()), |(lent, (_, needed))| Err(too_small(lent.name, needed, lent.elements)))
+        let short = buffers.find(|(buffer, (_, needed))| buffer.elements < *needed);
+        short.map_or(Ok(()), |(buffer, (_, needed))| Err(too_small(buffer.name, needed, buffer.elements)))
     }
 
     /// Bytes of all buffers in an arithmetic; `usize::MAX` if they are more than a `usize` can say.
