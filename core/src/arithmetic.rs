@@ -7,7 +7,7 @@
 //! | sum of a voxel's modes with a corner's weights | i32, 2^-(11 + E₀) voxel | f64, 2^-E₀ voxel |
 //! | sum of a voxel's modes | i32, 1/256 voxel | f64, voxels |
 //! | residual e | i16, 1/256 voxel, within ±8 voxels | f64, voxels |
-//! | share φ W e of a corner | i16, 2^s/256 voxel, times q³ | f64, voxels |
+//! | corner residual φ W e | i16, 2^s/256 voxel, times q³ | f64, voxels |
 //! | sum of a cell's gradient | i32, basis units · 2^s/256 voxel · q³ | f64 |
 //! | node gradient G | i32, 2^-H voxel², times q³ | f64 |
 //! | node curvature d | i32, 2⁻⁸ voxel² | f64 |
@@ -17,12 +17,12 @@
 //! width and volume. Trilinear weights are integers that sum to q³; gradients keep this factor, and the one
 //! division by it is folded into the last step.
 //!
-//! Weights and shares fit 16 bits, so that processors take two of them or eight at a time ([`crate::corner_rows`]).
+//! Weights and corner residuals fit 16 bits, so that processors take two of them or eight at a time ([`crate::corner_rows`]).
 //!
 //! Bounds, with stride q ≤ 4, K ≤ 127 modes, exponents ≥ 5 (a basis value is 4 voxels per σ at most) and
 //! q (2 r + 1) ≤ 31:
 //! - a sum with a corner's weights: 127 · 128 · 2¹⁵ < 2³¹;
-//! - a share: 2047 · q³ / 2^s < 2¹⁵ by the choice of s;
+//! - a corner residual: 2047 · q³ / 2^s < 2¹⁵ by the choice of s;
 //! - a cell's gradient: 2¹⁵ · 128 · q³ < 2³¹;
 //! - a box of node gradients: 8 · 4 · q³ · (q (2 r + 1))³ · 2^H ≤ 2³¹ by the choice of H;
 //! - a box of node curvatures: 65535 · 31³ < 2³¹;
@@ -31,7 +31,7 @@
 use crate::corner_rows::Row;
 use crate::fixed::round_shift;
 use crate::lent::Lent;
-use crate::trilinear::Factors;
+use crate::trilinear::TrilinearWeights;
 use core::fmt::Debug;
 
 mod in_fixed_point;
@@ -74,36 +74,36 @@ pub struct Stride {
     /// round(2^bits / q³), within 2¹⁵..2¹⁶.
     reciprocal: i32,
     bits: u32,
-    /// s: bits that a share loses, so that it fits 16.
-    share_bits: u32,
+    /// s: bits that a corner residual loses, so that it fits 16.
+    lost_bits: u32,
 }
 
 impl Stride {
     /// A stride of 1..=4 voxels; anything else is `None`.
     pub const fn new(voxels: u8) -> Option<Self> {
-        let (reciprocal, bits, share_bits) = match voxels {
+        let (reciprocal, bits, lost_bits) = match voxels {
             1 => (1 << 15, 15, 0),
             2 => (1 << 15, 18, 0),
             3 => (38_836, 20, 1),
             4 => (1 << 15, 21, 2),
             _ => return None,
         };
-        Some(Self { voxels, reciprocal, bits, share_bits })
+        Some(Self { voxels, reciprocal, bits, lost_bits })
     }
 
-    /// Share of a voxel's residual with an integer trilinear weight, 16 bits.
+    /// Corner residual: a voxel's residual times an integer trilinear weight, 16 bits.
     #[inline(always)]
-    pub const fn share(self, residual: i16, factor: i16) -> i32 {
-        round_shift(residual as i32 * factor as i32, self.share_bits)
+    pub const fn corner_residual(self, residual: i16, phi: i16) -> i32 {
+        round_shift(residual as i32 * phi as i32, self.lost_bits)
     }
 
-    /// [`Stride::share`] in numbers of 16 bits alone, for vectors of eight.
+    /// [`Stride::corner_residual`] in numbers of 16 bits alone, for vectors of eight.
     #[inline(always)]
-    pub const fn short_share(self, residual: i16, factor: i16) -> i16 {
-        let shift = self.share_bits as u16 & 15;
+    pub const fn short_corner_residual(self, residual: i16, phi: i16) -> i16 {
+        let shift = self.lost_bits as u16 & 15;
         let rounds = (shift != 0) as u16;
-        let low = residual.wrapping_mul(factor) as u16;
-        let high = ((residual as i32 * factor as i32) >> 16) as i16;
+        let low = residual.wrapping_mul(phi) as u16;
+        let high = ((residual as i32 * phi as i32) >> 16) as i16;
         let whole = ((high << 1) << (15 - shift)) | (low >> shift) as i16;
         whole.wrapping_add(((low >> (shift - rounds)) & rounds) as i16)
     }
@@ -124,8 +124,8 @@ pub struct Kernel {
     pub volume: u32,
     /// q³, by which a node's gradient is still multiplied.
     cube: u32,
-    /// s: bits that the shares of a gradient have lost.
-    share_bits: u32,
+    /// s: bits that the corner residuals of a gradient have lost.
+    lost_bits: u32,
     /// F: bits behind the point of a ratio.
     pub ratio_bits: u32,
     /// H: bits behind the point of a node gradient.
@@ -139,16 +139,16 @@ impl Kernel {
         let (volume, cube) = (side * side * side, stride.cube());
         let ratio_bits = least(25 - bits(volume), 16);
         // Few enough that a cell's gradient is never shifted to the left.
-        let share_bits = stride.share_bits;
-        let most = DISTANCE_BITS + MIN_EXPONENT as u32 - share_bits;
+        let lost_bits = stride.lost_bits;
+        let most = DISTANCE_BITS + MIN_EXPONENT as u32 - lost_bits;
         let gradient_bits = least(26 - bits(volume * cube * cube), most);
-        Self { radius, volume, cube, share_bits, ratio_bits, gradient_bits }
+        Self { radius, volume, cube, lost_bits, ratio_bits, gradient_bits }
     }
 
     /// Bits by which a cell's gradient of a mode with this exponent is shifted to node units.
     #[inline(always)]
     pub const fn node_shift(self, exponent: u8) -> u32 {
-        exponent as u32 + DISTANCE_BITS - self.gradient_bits - self.share_bits
+        exponent as u32 + DISTANCE_BITS - self.gradient_bits - self.lost_bits
     }
 }
 
@@ -165,7 +165,7 @@ const fn least(a: u32, b: u32) -> u32 {
 pub trait Arithmetic: Copy {
     /// Weight of a mode at a node.
     type Weight: Copy + Default + Debug;
-    /// Numbers of the eight corners of a cell: weights of a mode, or shares of a voxel.
+    /// Numbers of the eight corners of a cell: weights of a mode, or corner residuals of a voxel.
     type Row: Row<Self>;
     /// Residual of a voxel, already times its hull weight; the hull's keys use the same memory before.
     type Residual: Lent<u16> + Debug;
@@ -185,15 +185,15 @@ pub trait Arithmetic: Copy {
     fn stored(weight: Self::Weight) -> i16;
     /// The sum of a voxel's modes from those with each corner's weights, its integer trilinear weights and the
     /// brick's least exponent.
-    fn blend(sums: &[Self::Sum; 8], factors: &Factors, least: u8, stride: Stride) -> Self::Sum;
+    fn blend(sums: &[Self::Sum; 8], phi: &TrilinearWeights, least: u8, stride: Stride) -> Self::Sum;
     /// W (M + sum - t), limited to ±8 voxels before the weight; `mean` and `target` in 1/256 voxel.
     fn residual(mean: i16, target: i16, weight: i32, sum: Self::Sum) -> Self::Residual;
     /// M + sum, 1/256 voxel, saturated: the fitted distance of a voxel.
     fn distance(mean: i16, sum: Self::Sum) -> i16;
     /// A cell's gradient 2^-exponent in node units.
     fn to_node(sum: Self::Sum, exponent: u8, kernel: Kernel) -> Self::Sum;
-    /// W Σ g b'² of a voxel (2⁻¹² voxel² `raw`) times an integer trilinear weight.
-    fn curvature(raw: u32, weight: i32, factor: i32) -> Self::Sum;
+    /// W Σ g b'² of a voxel (2⁻¹² voxel² `raw`) times an integer trilinear weight φ.
+    fn curvature(raw: u32, weight: i32, phi: i32) -> Self::Sum;
     /// A cell's curvature / q³ in node units.
     fn curvature_to_node(sum: Self::Sum, stride: Stride) -> Self::Sum;
     /// a + b, wrapping: box sums are exact whatever wraps on the way.
@@ -250,10 +250,10 @@ mod tests {
     }
 
     #[test]
-    fn shares_and_sums_of_cells_stay_within_their_bits() {
+    fn corner_residuals_and_sums_of_cells_stay_within_their_bits() {
         for voxels in 1..=4u8 {
             let (stride, q) = (Stride::new(voxels).unwrap(), i64::from(voxels));
-            assert!((2047 * q.pow(3)) >> stride.share_bits < 1 << 15, "{voxels}");
+            assert!((2047 * q.pow(3)) >> stride.lost_bits < 1 << 15, "{voxels}");
             assert!(
                 127 * 128 * (1i64 << 15) < 1 << 31 && (1i64 << 15) * 128 * q.pow(3) < 1 << 31,
                 "{voxels}"
@@ -262,12 +262,13 @@ mod tests {
     }
 
     #[test]
-    fn shares_in_sixteen_bits_are_the_same() {
+    fn corner_residuals_in_sixteen_bits_are_the_same() {
         for voxels in 1..=4u8 {
             let (stride, most) = (Stride::new(voxels).unwrap(), i16::from(voxels).pow(3));
             for residual in (-2047..=2047).step_by(7) {
-                let same = |factor: i16| {
-                    i32::from(stride.short_share(residual, factor)) == stride.share(residual, factor)
+                let same = |phi: i16| {
+                    i32::from(stride.short_corner_residual(residual, phi))
+                        == stride.corner_residual(residual, phi)
                 };
                 assert!((0..=most).all(same), "{voxels}: {residual}");
             }

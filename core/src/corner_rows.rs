@@ -1,7 +1,7 @@
 //! What the eight corners of a cell lend its voxels and get from them, in the order that suits the processor.
 //!
 //! A [`Row`] holds eight numbers, one for each corner. A list of rows is multiplied with basis values in two ways: the
-//! weights of all modes with the values of one voxel ([`Row::dots`]), and the shares of all voxels with the values of
+//! weights of all modes with the values of one voxel ([`Row::dots`]), and the corner residuals of all voxels with the values of
 //! one mode ([`crate::gradient`]). There are two orders for fixed point, with the same bits:
 //!
 //! - `[i32; 4]`: corners in pairs, a row after the other, for processors that multiply halves of words;
@@ -11,7 +11,7 @@
 use crate::arithmetic::{Arithmetic, Fixed, Float, Stride};
 use crate::fixed::round_shift;
 use crate::gradient::{CellGradient, GROUP, Straight, Transposed};
-use crate::trilinear::Factors;
+use crate::trilinear::TrilinearWeights;
 use core::fmt::Debug;
 
 /// Modes whose gradients are taken at a time where all are, a multiple of [`GROUP`].
@@ -45,8 +45,8 @@ pub trait Row<A: Arithmetic>: Copy + Default + Debug {
     /// Σ value · row of the gathered weights, for each corner; more values may follow.
     fn dots(rows: &[Self], values: &[u8]) -> [A::Sum; 8];
 
-    /// φ W e of a voxel for the eight corners, from its residual and its integer trilinear weights.
-    fn share(residual: A::Residual, factors: &Factors, stride: Stride) -> Self;
+    /// Corner residuals φ W e of a voxel, from its residual W e and its integer trilinear weights φ.
+    fn corner_residuals(residual: A::Residual, phi: &TrilinearWeights, stride: Stride) -> Self;
 }
 
 /// A row that is whole by itself.
@@ -100,8 +100,8 @@ impl Row<Fixed> for [i32; 4] {
     }
 
     #[inline(always)]
-    fn share(residual: i16, factors: &Factors, stride: Stride) -> Self {
-        packed(factors.map(|factor| stride.share(residual, factor)))
+    fn corner_residuals(residual: i16, phi: &TrilinearWeights, stride: Stride) -> Self {
+        packed(phi.map(|phi| stride.corner_residual(residual, phi)))
     }
 }
 
@@ -128,7 +128,7 @@ fn packed([a, b, c, d, e, f, g, h]: [i32; 8]) -> [i32; 4] {
     [(a, e), (b, f), (c, g), (d, h)].map(|(low, high)| (low & 0xffff) | (high << 16))
 }
 
-/// Gathered weights: a block of eight rows for eight modes, in it a row for each corner. Shares: a row for each voxel.
+/// Gathered weights: a block of eight rows for eight modes, in it a row for each corner. Corner residuals: a row for each voxel.
 impl Row<Fixed> for [i16; 8] {
     const EMPTY: Self = [0; 8];
     type Group = Straight<8, 1>;
@@ -168,10 +168,10 @@ impl Row<Fixed> for [i16; 8] {
     }
 
     #[inline(always)]
-    fn share(residual: i16, factors: &Factors, stride: Stride) -> Self {
+    fn corner_residuals(residual: i16, phi: &TrilinearWeights, stride: Stride) -> Self {
         let mut row = [0; 8];
-        for (slot, &factor) in row.iter_mut().zip(factors) {
-            *slot = stride.short_share(residual, factor);
+        for (slot, &phi) in row.iter_mut().zip(phi) {
+            *slot = stride.short_corner_residual(residual, phi);
         }
         row
     }
@@ -245,8 +245,8 @@ impl Row<Float> for [f64; 8] {
         Self::dots_whole(rows, values)
     }
 
-    fn share(residual: f64, factors: &Factors, _: Stride) -> Self {
-        factors.map(|factor| residual * f64::from(factor))
+    fn corner_residuals(residual: f64, phi: &TrilinearWeights, _: Stride) -> Self {
+        phi.map(|phi| residual * f64::from(phi))
     }
 }
 

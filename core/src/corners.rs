@@ -1,6 +1,6 @@
 //! Integer kernels over the modes of a few voxels, the corners of one voxel cube.
 //!
-//! Corners that lie in the same brick share its exponents, and mostly all eight do. Weights and trilinear shares are
+//! Corners that lie in the same brick share its exponents, and mostly all eight do. Weights of modes and trilinear weights are
 //! fixed point, so that a product with the basis is one integer multiply-add, and the bits are the same whatever the
 //! order. Modes are taken 32 at a time: loops of a known length are straight lines of code, and what lies behind the
 //! last mode meets a weight of zero, or is not looked at.
@@ -14,8 +14,8 @@ const _: () = {
     let largest = (MAX_WEIGHT as i64) << (SIGMA_BITS - MIN_EXPONENT as u32);
     assert!(largest * 128 * (MAX_MODES as i64) < 1 << 31);
 };
-/// Binary digits of a share of one. All shares of a cube sum to one, so a sum with basis values is an i16.
-pub const SHARE_BITS: u32 = 8;
+/// Binary digits of a trilinear weight of one. All eight of a cube sum to one, so a sum with basis values is an i16.
+pub const PHI_BITS: u32 = 8;
 /// Binary digits of a factor of one.
 pub const FACTOR_BITS: u32 = 13;
 /// Corners taken at a time: four where there are vectors, or else as many as there are registers for.
@@ -134,17 +134,18 @@ pub fn dots<const N: usize>(weights: &[i32; MODES], bases: [&Basis; N]) -> [i32;
     sums
 }
 
-/// Adds two corners' basis values times their shares to each mode's sum.
+/// Adds two corners' basis values times their trilinear weights to each mode's sum.
 #[inline(never)]
 pub fn combine(sums: &mut [i16; MODES], [p, q]: [i16; 2], [a, b]: [&Basis; 2]) {
-    let add = |sum: i16, share: i16, value: u8| sum.wrapping_add(share.wrapping_mul(i16::from(value as i8)));
+    let add = |sum: i16, phi: i16, value: u8| sum.wrapping_add(phi.wrapping_mul(i16::from(value as i8)));
     for ((sum, &a), &b) in sums.iter_mut().zip(a).zip(b) {
         *sum = add(add(*sum, p, a), q, b);
     }
 }
 
-/// Turns each mode's sum of basis values 2^-exponent and shares into itself times `factor` / 2¹³, in units of
-/// 2^-(3 + least): where the exponent is the least of all bricks, of one unit.
+/// Multiplies each mode's interpolated sum by `factor` / 2¹³. Sums of basis values times trilinear weights are in units of
+/// 2^-(8 + exponent) voxel, which differ from brick to brick; results are in units of 2^-(3 + least), `least` the mode's
+/// least exponent of all bricks, so that those of different bricks can be added.
 ///
 /// With a factor of 1 / 0.3 and a sum of 128 · 2⁸ at most the result is below 3415.
 #[inline(never)]
@@ -176,12 +177,12 @@ mod tests {
             assert!((sum as f32 / (1u32 << SIGMA_BITS) as f32 - exact).abs() < 2e-2, "{sum} {exact}");
         }
 
-        let shares = [100, 156];
+        let phi = [100, 156];
         let mut sums = [0; MODES];
-        combine(&mut sums, shares, bases.each_ref());
+        combine(&mut sums, phi, bases.each_ref());
         rescale(&mut sums, 1 << FACTOR_BITS, &exponents, &[5; MODES]);
         for (k, &entry) in sums.iter().enumerate().take(29) {
-            let exact: f32 = (0..2).map(|c| f32::from(shares[c]) / 256.0 * value(c, k)).sum();
+            let exact: f32 = (0..2).map(|c| f32::from(phi[c]) / 256.0 * value(c, k)).sum();
             assert!((f32::from(entry) / 256.0 - exact).abs() < 0.51 / 256.0, "{k}");
         }
     }
@@ -206,8 +207,8 @@ mod tests {
             assert_eq!(f64::from(sum), 127.0 * 16.0 * 4096.0 * most);
 
             let mut sums = [0; MODES];
-            [[100, 50], [6, 0], [0, 99], [0, 1]].into_iter().for_each(|shares| {
-                combine(&mut sums, shares, [&basis; 2]);
+            [[100, 50], [6, 0], [0, 99], [0, 1]].into_iter().for_each(|phi| {
+                combine(&mut sums, phi, [&basis; 2]);
             });
             assert_eq!(f64::from(sums[0]), 256.0 * most);
             rescale(&mut sums, 27_307, &[5; MODES], &[5; MODES]);

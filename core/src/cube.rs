@@ -1,7 +1,7 @@
 //! The eight stored voxels around a place of the band, and what mean and modes are there.
 
 use crate::brick::Brick;
-use crate::corners::{self, Basis, LANES, MODES, SHARE_BITS, ScaledWeights, Weights};
+use crate::corners::{self, Basis, LANES, MODES, PHI_BITS, ScaledWeights, Weights};
 use crate::model::Model;
 use crate::sample::Place;
 
@@ -119,33 +119,32 @@ impl<'a, 'w> Cube<'a, 'w> {
     /// Sets the parts of a row to the interpolated modes b' times `factor` / 2¹³; `least` are the least exponents of the
     /// modes: see [`corners::rescale`]. What lies behind the last mode is rubbish.
     pub fn modes(&self, factor: i16, least: &[[u8; MODES]], row: &mut [[i16; MODES]]) {
-        let shares = self.place.shares(SHARE_BITS);
-        let share = |corner: &Corner<'_>| shares.get(usize::from(corner.number)).copied().unwrap_or(0);
-        let shares = self.corners.each_ref().map(share);
+        let phi = self.place.trilinear_weights(PHI_BITS);
+        let of_corner = |corner: &Corner<'_>| phi.get(usize::from(corner.number)).copied().unwrap_or(0);
+        let phi = self.corners.each_ref().map(of_corner);
         for (part, (least, row)) in least.iter().zip(row).enumerate() {
             let first = part * MODES;
             with_bases(&self.corners, first, |bases| {
-                self.interpolate(bases, &shares, (factor, least, first), row)
+                self.interpolate(bases, &phi, (factor, least, first), row)
             });
         }
     }
 
-    /// The same for the modes from `first` on, by the corners' shares.
+    /// The same for the modes from `first` on, by the corners' trilinear weights.
     #[inline(never)]
     fn interpolate(
         &self,
         bases: &[&Basis; 8],
-        shares: &[i16; 8],
+        phi: &[i16; 8],
         (factor, least, first): (i16, &[u8; MODES], usize),
         row: &mut [i16; MODES],
     ) {
-        let mut bricks = self.bricks(bases).zip(self.bricks(shares)).zip(&self.exponents);
-        let sum_up = |sums: &mut [i16; MODES],
-                      ((bases, shares), exponents): ((&[&Basis], &[i16]), &&[u8])| {
+        let mut bricks = self.bricks(bases).zip(self.bricks(phi)).zip(&self.exponents);
+        let sum_up = |sums: &mut [i16; MODES], ((bases, phi), exponents): ((&[&Basis], &[i16]), &&[u8])| {
             sums.fill(0);
-            for (bases, shares) in bases.chunks(2).zip(shares.chunks(2)) {
-                let share = |lane: usize| shares.get(lane).copied().unwrap_or(0);
-                corners::combine(sums, [share(0), share(1)], lanes(bases));
+            for (bases, phi) in bases.chunks(2).zip(phi.chunks(2)) {
+                let of_lane = |lane: usize| phi.get(lane).copied().unwrap_or(0);
+                corners::combine(sums, [of_lane(0), of_lane(1)], lanes(bases));
             }
             corners::rescale(sums, factor, exponents.get(first..).unwrap_or(&[]), least);
         };

@@ -20,8 +20,8 @@ pub fn cell_curvature<A: Arithmetic>(
     cell.visit(brick, wanted, q, |at, voxel| {
         let weight = hull.target(brick.first + voxel).weight();
         let raw = voxel_curvature(brick, voxel, gains);
-        for (corner, &factor) in corners.iter_mut().zip(trilinear(at, q)) {
-            *corner = A::add(*corner, A::curvature(raw, weight, i32::from(factor)));
+        for (corner, &phi) in corners.iter_mut().zip(trilinear(at, q)) {
+            *corner = A::add(*corner, A::curvature(raw, weight, i32::from(phi)));
         }
     });
     corners

@@ -1,13 +1,13 @@
 //! The gradient of a cell, Σ φ W e b' for its eight corners.
 //!
-//! A cell holds few voxels of the hull, so φ W e is worked out once for each of them and corner; then every mode
+//! A cell holds few voxels of the hull, so φ W e, the corner residual, is worked out once for each of them and corner; then every mode
 //! costs one product a voxel and corner, with the sums in registers: those of a mode for the eight corners
 //! ([`Transposed`]), or those of eight or sixteen modes for one corner ([`Straight`]).
 
 use crate::arithmetic::{Arithmetic, Fixed, Kernel, Stride};
 use crate::brick::Brick;
 use crate::corner_rows::{Row, Whole};
-use crate::trilinear::{CELL_VOXELS, Factors};
+use crate::trilinear::{CELL_VOXELS, TrilinearWeights};
 use core::marker::PhantomData;
 
 /// Modes whose gradients are held at a time.
@@ -16,8 +16,9 @@ pub const GROUP: usize = 5;
 /// Sums behind the last node that are added to, zeros only.
 pub const MARGIN: usize = 16;
 
-/// What the voxels of a cell in the hull contribute.
-pub struct Shares<'c, A: Arithmetic, C> {
+/// Residuals of the voxels of a cell in the hull, times the trilinear weight of each corner: what the cell's gradient is made
+/// of.
+pub struct CornerResiduals<'c, A: Arithmetic, C> {
     /// φ W e for each corner; a voxel after the other.
     corners: &'c mut [A::Row],
     /// Numbers within the brick.
@@ -41,7 +42,7 @@ pub struct Taken<'a> {
 
 /// A way to the gradients of a cell, with the memory that it needs.
 pub trait CellGradient<A: Arithmetic> {
-    /// Shares of a voxel.
+    /// Corner residuals φ W e of a voxel.
     type Row;
     /// Nothing taken.
     const EMPTY: Self;
@@ -52,14 +53,14 @@ pub trait CellGradient<A: Arithmetic> {
     /// [`MARGIN`] sums behind the last node.
     fn add(
         &mut self,
-        shares: &[Self::Row],
+        residuals: &[Self::Row],
         taken: Taken<'_>,
         kernel: Kernel,
         target: (&mut [A::Sum], [usize; 8]),
     );
 }
 
-impl<'c, A: Arithmetic, C: CellGradient<A, Row = A::Row>> Shares<'c, A, C> {
+impl<'c, A: Arithmetic, C: CellGradient<A, Row = A::Row>> CornerResiduals<'c, A, C> {
     /// No voxel yet; `scratch` has q³ rows.
     pub fn new(scratch: &'c mut [A::Row]) -> Self {
         Self { corners: scratch, voxels: [0; CELL_VOXELS], count: 0, cell: C::EMPTY }
@@ -73,10 +74,10 @@ impl<'c, A: Arithmetic, C: CellGradient<A, Row = A::Row>> Shares<'c, A, C> {
 
     /// Adds a voxel: its number within the brick, its residual and its trilinear weights.
     #[inline]
-    pub fn push(&mut self, voxel: usize, residual: A::Residual, factors: &Factors, stride: Stride) {
+    pub fn push(&mut self, voxel: usize, residual: A::Residual, phi: &TrilinearWeights, stride: Stride) {
         let slots = self.corners.get_mut(self.count).zip(self.voxels.get_mut(self.count));
         if let Some((slot, number)) = slots {
-            (*slot, *number) = (A::Row::share(residual, factors, stride), voxel as u16);
+            (*slot, *number) = (A::Row::corner_residuals(residual, phi, stride), voxel as u16);
             self.count += 1;
         }
     }
@@ -90,9 +91,9 @@ impl<'c, A: Arithmetic, C: CellGradient<A, Row = A::Row>> Shares<'c, A, C> {
         kernel: Kernel,
         target: (&mut [A::Sum], [usize; 8]),
     ) {
-        let shares = self.corners.get(..self.count).unwrap_or(&[]);
+        let residuals = self.corners.get(..self.count).unwrap_or(&[]);
         let voxels = self.voxels.get(..self.count).unwrap_or(&[]);
-        self.cell.add(shares, Taken { brick, voxels, first, count }, kernel, target);
+        self.cell.add(residuals, Taken { brick, voxels, first, count }, kernel, target);
     }
 }
 
@@ -114,7 +115,7 @@ impl<A: Arithmetic, R: Whole<A>, const G: usize> CellGradient<A> for Transposed<
     #[inline(never)]
     fn add(
         &mut self,
-        shares: &[R],
+        residuals: &[R],
         taken: Taken<'_>,
         kernel: Kernel,
         (gradient, places): (&mut [A::Sum], [usize; 8]),
@@ -123,7 +124,7 @@ impl<A: Arithmetic, R: Whole<A>, const G: usize> CellGradient<A> for Transposed<
         let count = taken.count.min(G);
         let exponents = taken.brick.exponents().get(taken.first..).unwrap_or(&[]);
         for (sums, (lane, &exponent)) in self.sums.iter_mut().zip(self.lanes.iter().zip(exponents)) {
-            *sums = R::dots(shares, lane);
+            *sums = R::dots(residuals, lane);
             for sum in sums {
                 *sum = A::to_node(*sum, exponent, kernel);
             }
@@ -190,7 +191,7 @@ impl<const L: usize, const N: usize> CellGradient<Fixed> for Straight<L, N> {
     #[inline(never)]
     fn add(
         &mut self,
-        shares: &[[i16; 8]],
+        residuals: &[[i16; 8]],
         taken: Taken<'_>,
         kernel: Kernel,
         (gradient, places): (&mut [i32], [usize; 8]),
@@ -204,7 +205,7 @@ impl<const L: usize, const N: usize> CellGradient<Fixed> for Straight<L, N> {
         for (block, shifts) in shifts.iter().enumerate() {
             let halves = shifts.map(|shift| (1i32 << (shift & 31)) >> 1);
             for (corner, place) in places.into_iter().enumerate() {
-                let mut sums = self.sums(shares, corner, block, halves);
+                let mut sums = self.sums(residuals, corner, block, halves);
                 sums.iter_mut().zip(shifts).for_each(|(sum, &shift)| *sum >>= shift & 31);
                 let slots =
                     gradient.get_mut(place + block * L..).and_then(|slots| slots.first_chunk_mut::<L>());
@@ -245,14 +246,14 @@ impl<const L: usize, const N: usize> Straight<L, N> {
     /// Σ φ W e b' of a corner and a block of modes, added to `sums`. Both ends are tested in every round, or the
     /// compiler would take four voxels at a time, from as many places, instead of four modes.
     #[inline(always)]
-    fn sums(&self, shares: &[[i16; 8]], corner: usize, block: usize, mut sums: [i32; L]) -> [i32; L] {
-        let (mut values, mut shares) = (self.values.iter(), shares.iter());
+    fn sums(&self, residuals: &[[i16; 8]], corner: usize, block: usize, mut sums: [i32; L]) -> [i32; L] {
+        let (mut values, mut residuals) = (self.values.iter(), residuals.iter());
         loop {
             let Some(values) = values.next().and_then(|values| values.get(block)) else { return sums };
-            let Some(shares) = shares.next() else { return sums };
-            let share = i32::from(shares.get(corner).copied().unwrap_or(0));
+            let Some(residuals) = residuals.next() else { return sums };
+            let residual = i32::from(residuals.get(corner).copied().unwrap_or(0));
             for (sum, &value) in sums.iter_mut().zip(values) {
-                *sum = sum.wrapping_add(share.wrapping_mul(i32::from(value as i8)));
+                *sum = sum.wrapping_add(residual.wrapping_mul(i32::from(value as i8)));
             }
         }
     }

@@ -12,9 +12,9 @@
 //! ```
 //!
 //! The print of (14) adds the gradient, which climbs, and smooths the weights, which caps the detail; here
-//! the update descends and is smoothed instead. B D⁻¹ B is symmetric and positive, so a fixed radius is
-//! stable for μ < 2 (1 + β). The steps that ship are longer and differ: together they damp what each of them alone would
-//! amplify ([`schedule::DEFAULT`](crate::schedule::DEFAULT)).
+//! the update descends and is smoothed instead. With D the smoothed curvatures, diagonal, B D⁻¹ B is symmetric and
+//! positive, so a fixed radius is stable for μ < 2 (1 + β). The steps that ship are longer and differ: together they damp
+//! what each of them alone would amplify ([`schedule::DEFAULT`](crate::schedule::DEFAULT)).
 //!
 //! Where the kernel is wider than a node, modes are taken [`GROUP`] at a time, so that gradients need memory for a
 //! group and not for all (`local_fit/wide.rs`). Where it is not, a sweep takes all modes of a layer of nodes at once

@@ -109,7 +109,8 @@ impl<'a> Rows<'a> {
         units
     }
 
-    /// Room to look around in, for [`Rows::fill`].
+    /// Finds the voxels around a place and the surface of the weights set last, for [`Rows::fill`]: to be kept from place to
+    /// place, because neighbours lie in the same brick.
     pub const fn cube(&self) -> Cube<'a, '_> {
         Cube::new(self.model, &self.weights)
     }

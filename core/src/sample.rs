@@ -36,22 +36,21 @@ impl Place {
 
     /// Trilinear weights of the eight corners, in integers that add up to `1 << bits`, at most 2¹⁰; the last corner takes
     /// what rounding leaves.
-    pub fn shares(&self, bits: u32) -> [i16; 8] {
+    pub fn trilinear_weights(&self, bits: u32) -> [i16; 8] {
         let one = 1i32 << bits.min(10);
         let [x, y, z] = self.within.map(|t| (t * one as f32) as i32);
         let (nx, ny, nz) = (one - x, one - y, one - z);
         let (a, b, c) = (ny * nz, y * nz, ny * z);
-        let share = |u: i32, v: i32| ((u * v) >> (2 * bits.min(10))) as i16;
-        let shares = [
-            share(nx, a),
-            share(x, a),
-            share(nx, b),
-            share(x, b),
-            share(nx, c),
-            share(x, c),
-            share(nx, y * z),
+        let product = |u: i32, v: i32| ((u * v) >> (2 * bits.min(10))) as i16;
+        let [p, q, r, s, t, u, v] = [
+            product(nx, a),
+            product(x, a),
+            product(nx, b),
+            product(x, b),
+            product(nx, c),
+            product(x, c),
+            product(nx, y * z),
         ];
-        let [p, q, r, s, t, u, v] = shares;
         [p, q, r, s, t, u, v, one as i16 - (p + q + r + s + t + u + v)]
     }
 
@@ -104,15 +103,15 @@ mod tests {
     }
 
     #[test]
-    fn shares_are_the_trilinear_weights() {
+    fn integer_trilinear_weights_are_those_of_floats() {
         for within in [[0.25, 0.5, 0.75], [0.0; 3], [0.999_999_9; 3], [0.1, 0.7, 0.013]] {
             let place = Place { corner: [0; 3], within };
-            let shares = place.shares(8);
-            assert_eq!(shares.iter().sum::<i16>(), 256);
-            for (c, share) in shares.into_iter().enumerate() {
+            let weights = place.trilinear_weights(8);
+            assert_eq!(weights.iter().sum::<i16>(), 256);
+            for (c, found) in weights.into_iter().enumerate() {
                 let along = |axis: usize| if c >> axis & 1 == 0 { 1.0 - within[axis] } else { within[axis] };
                 let weight: f32 = (0..3).map(along).product();
-                assert!(share >= 0 && (f32::from(share) / 256.0 - weight).abs() < 8.0 / 256.0, "{shares:?}");
+                assert!(found >= 0 && (f32::from(found) / 256.0 - weight).abs() < 8.0 / 256.0, "{weights:?}");
             }
         }
     }

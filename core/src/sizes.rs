@@ -50,7 +50,7 @@ pub struct Sizes {
     pub reciprocals: usize,
     /// Node map, u32.
     pub nodes: usize,
-    /// Weights and shares of a cell.
+    /// Weights and corner residuals of a cell.
     pub cell: usize,
 }
 

@@ -24,7 +24,7 @@ pub struct Workspace<'b, A: Arithmetic> {
     pub reciprocals: &'b mut [A::Reciprocal],
     /// Numbers of the active nodes.
     pub nodes: &'b mut [u32],
-    /// Weights of a cell, one row a mode, then the shares of its voxels.
+    /// Weights of a cell, one row a mode, then the corner residuals of its voxels.
     pub cell: &'b mut [A::Row],
 }
 

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::corner_rows::FixedRow;
 use crate::fixed::{Factor, Multiplier, round_shift, round_shift_wide, saturate};
-use crate::trilinear::Factors;
+use crate::trilinear::TrilinearWeights;
 
 /// The arithmetic that ships: integers, one rounding rule, the same bits everywhere.
 #[derive(Clone, Copy, Debug)]
@@ -34,8 +34,8 @@ impl Arithmetic for Fixed {
     }
 
     #[inline(always)]
-    fn blend(sums: &[i32; 8], factors: &Factors, least: u8, stride: Stride) -> i32 {
-        let products = sums.iter().zip(factors).map(|(&sum, &factor)| i64::from(sum) * i64::from(factor));
+    fn blend(sums: &[i32; 8], phi: &TrilinearWeights, least: u8, stride: Stride) -> i32 {
+        let products = sums.iter().zip(phi).map(|(&sum, &phi)| i64::from(sum) * i64::from(phi));
         let sum: i64 = products.fold(0, i64::wrapping_add);
         let shift = stride.bits + WEIGHT_BITS + u32::from(least) - DISTANCE_BITS;
         round_shift_wide(sum.wrapping_mul(i64::from(stride.reciprocal)), shift) as i32
@@ -59,9 +59,9 @@ impl Arithmetic for Fixed {
     }
 
     #[inline(always)]
-    fn curvature(raw: u32, weight: i32, factor: i32) -> i32 {
+    fn curvature(raw: u32, weight: i32, phi: i32) -> i32 {
         let voxel = (raw >> (RAW_CURVATURE_BITS - CURVATURE_BITS)).min(65535) as i32;
-        round_shift(voxel * weight, FULL_WEIGHT_BITS).wrapping_mul(factor)
+        round_shift(voxel * weight, FULL_WEIGHT_BITS).wrapping_mul(phi)
     }
 
     #[inline(always)]

@@ -4,7 +4,7 @@ use super::{
     Arithmetic, DISTANCE_BITS, FULL_WEIGHT, Fixed, Kernel, MAX_WEIGHT, MOMENTUM_BITS, RATIO_LIMIT,
     RAW_CURVATURE_BITS, RESIDUAL_LIMIT, Stride,
 };
-use crate::trilinear::Factors;
+use crate::trilinear::TrilinearWeights;
 
 /// Double precision through the very same loops: what separates it from [`Fixed`] is rounding alone.
 #[derive(Clone, Copy, Debug)]
@@ -36,8 +36,8 @@ impl Arithmetic for Float {
         Fixed::weight(weight)
     }
 
-    fn blend(sums: &[f64; 8], factors: &Factors, least: u8, stride: Stride) -> f64 {
-        let sum: f64 = sums.iter().zip(factors).map(|(sum, &factor)| sum * f64::from(factor)).sum();
+    fn blend(sums: &[f64; 8], phi: &TrilinearWeights, least: u8, stride: Stride) -> f64 {
+        let sum: f64 = sums.iter().zip(phi).map(|(sum, &phi)| sum * f64::from(phi)).sum();
         sum * power(least) / f64::from(stride.cube())
     }
 
@@ -55,9 +55,9 @@ impl Arithmetic for Float {
         sum * power(exponent)
     }
 
-    fn curvature(raw: u32, weight: i32, factor: i32) -> f64 {
+    fn curvature(raw: u32, weight: i32, phi: i32) -> f64 {
         let voxel = f64::from(raw) / f64::from(1 << RAW_CURVATURE_BITS);
-        voxel * f64::from(weight) / f64::from(FULL_WEIGHT) * f64::from(factor)
+        voxel * f64::from(weight) / f64::from(FULL_WEIGHT) * f64::from(phi)
     }
 
     fn curvature_to_node(sum: f64, stride: Stride) -> f64 {

@@ -10,7 +10,7 @@ use crate::brick::Brick;
 use crate::cells::cells_of_layer;
 use crate::corner_rows::Row;
 use crate::field::Field;
-use crate::gradient::{CellGradient, Shares};
+use crate::gradient::{CellGradient, CornerResiduals};
 use crate::trilinear::trilinear;
 
 impl<'m, A: Arithmetic> LocalFit<'m, '_, A> {
@@ -49,18 +49,18 @@ impl<'m, A: Arithmetic> LocalFit<'m, '_, A> {
         let least = brick.least_exponent();
         let starts = [layer, layer + 1].map(|z| self.nodes.before(z));
         let halves = if layer.is_multiple_of(2) { [0, self.half] } else { [self.half, 0] };
-        let mut shares = Shares::<A, Many<A>>::new(scratch);
+        let mut corner_residuals = CornerResiduals::<A, Many<A>>::new(scratch);
         for cell in cells_of_layer(brick, q, within).filter(|cell| cell.any(brick, wanted, q)) {
             let nodes = self.nodes.corners(&cell);
             field.gather(brick, nodes, least, corners);
-            shares.clear();
+            corner_residuals.clear();
             cell.visit(brick, wanted, q, |at, voxel| {
                 let target = hull.target(brick.first + voxel);
-                let factors = trilinear(at, q);
+                let phi = trilinear(at, q);
                 let sums = A::Row::dots(corners, brick.basis_from(voxel));
-                let sum = A::blend(&sums, factors, least, stride);
+                let sum = A::blend(&sums, phi, least, stride);
                 let residual = A::residual(brick.mean(voxel), target.distance(), target.weight(), sum);
-                shares.push(voxel, residual, factors, stride);
+                corner_residuals.push(voxel, residual, phi, stride);
             });
             let mut places = nodes;
             for (i, place) in places.iter_mut().enumerate() {
@@ -70,7 +70,7 @@ impl<'m, A: Arithmetic> LocalFit<'m, '_, A> {
             }
             for first in (0..modes).step_by(Many::<A>::MODES) {
                 let count = (modes - first).min(Many::<A>::MODES);
-                shares.add_to(brick, (first, count), kernel, (self.gradient, places));
+                corner_residuals.add_to(brick, (first, count), kernel, (self.gradient, places));
                 places = places.map(|place| place + count);
             }
         }

@@ -8,7 +8,7 @@ use crate::brick::MAX_BRICK_ROWS;
 use crate::cells::cells;
 use crate::corner_rows::Row;
 use crate::field::Field;
-use crate::gradient::{GROUP, Shares};
+use crate::gradient::{CornerResiduals, GROUP};
 use crate::trilinear::trilinear;
 
 impl<A: Arithmetic> LocalFit<'_, '_, A> {
@@ -45,16 +45,16 @@ impl<A: Arithmetic> LocalFit<'_, '_, A> {
         let (kernel, stride, q) = (self.kernel(), self.stride, self.stride.voxels);
         let modes = self.model.modes();
         let Some(scratch) = self.cell.get_mut(A::Row::count(modes)..) else { return };
-        let mut shares = Shares::<A, Group<A>>::new(scratch);
+        let mut corner_residuals = CornerResiduals::<A, Group<A>>::new(scratch);
         let (first, count) = (group * GROUP, modes.saturating_sub(group * GROUP).min(GROUP));
         for cell in cells(&brick, q).filter(|cell| cell.any(&brick, wanted, q)) {
-            shares.clear();
+            corner_residuals.clear();
             cell.visit(&brick, wanted, q, |at, voxel| {
                 let residual = residuals.get(voxel).copied().unwrap_or_default();
-                shares.push(voxel, residual, trilinear(at, q), stride);
+                corner_residuals.push(voxel, residual, trilinear(at, q), stride);
             });
             let places = self.nodes.corners(&cell).map(|number| number * GROUP);
-            shares.add_to(&brick, (first, count), kernel, (self.gradient, places));
+            corner_residuals.add_to(&brick, (first, count), kernel, (self.gradient, places));
         }
     }
 

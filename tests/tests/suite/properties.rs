@@ -75,19 +75,19 @@ fn weights() -> impl Strategy<Value = Vec<f64>> {
 /// What the voxels add to the gradient of eight nodes.
 fn cell_gradient<R: Row<Fixed>>(taken: Taken<'_>, residuals: &[i16], places: [usize; 8]) -> Vec<i32> {
     let stride = Stride::new(3).unwrap();
-    let shares: Vec<R> = residuals
+    let corner_residuals: Vec<R> = residuals
         .iter()
         .enumerate()
         .map(|(i, &residual)| {
             let at = [i % 3, i / 3 % 3, i / 9].map(|v| v as u8);
-            R::share(residual, trilinear(at, 3), stride)
+            R::corner_residuals(residual, trilinear(at, 3), stride)
         })
         .collect();
     let mut gradient = vec![0; 8 * model().modes() + MARGIN];
     let kernel = Kernel::new(1, stride);
     let (mut group, mut many) = (R::Group::EMPTY, R::Many::EMPTY);
-    group.add(&shares, taken, kernel, (&mut gradient, places));
-    many.add(&shares, taken, kernel, (&mut gradient, places));
+    group.add(&corner_residuals, taken, kernel, (&mut gradient, places));
+    many.add(&corner_residuals, taken, kernel, (&mut gradient, places));
     gradient
 }
 
