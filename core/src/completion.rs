@@ -339,7 +339,7 @@ impl<'b, A: Arithmetic> Completion<'b, A> {
         self.outcome.digests.hull = self.hull.digest();
         let normal = core::mem::take(&mut self.normal);
         let (block, global) = (core::mem::take(&mut self.block), core::mem::take(&mut self.global));
-        self.work = match GlobalFit::new(self.model, self.hull, None, normal, block, global) {
+        self.work = match GlobalFit::new(self.model, self.hull, normal, block, global) {
             Ok(fit) => Work::Global(fit),
             Err(error) => Work::Stopped(error),
         };

@@ -146,7 +146,8 @@ pub enum OptionName {
     Reach,
     /// Hull reach sideways.
     Lateral,
-    /// Ridge of the global fit.
+    /// Ridge of the global fit. Nothing is refused by this name any more, the ridge is the model's; it stays because those
+    /// after it travel by their numbers.
     Ridge,
     /// Step length of the local fit.
     Step,

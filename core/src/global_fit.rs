@@ -11,7 +11,7 @@
 use crate::arithmetic::{DISTANCE_BITS, FULL_WEIGHT, FULL_WEIGHT_BITS, MAX_WEIGHT, RESIDUAL_LIMIT};
 use crate::brick::{Brick, MAX_BRICK_VOXELS};
 use crate::cholesky::solve;
-use crate::error::{Buffer, Error, OptionName};
+use crate::error::{Buffer, Error};
 use crate::hull::Hull;
 use crate::model::Model;
 use crate::packed::packed;
@@ -26,7 +26,6 @@ const _: () = assert!(MAX_BRICK_VOXELS as i64 * FULL_WEIGHT as i64 * 128 * (RESI
 pub struct GlobalFit<'m, 'b> {
     model: &'m Model<'m>,
     hull: Hull<'m>,
-    ridge: f64,
     /// AᵀWA packed, then AᵀW(t - M).
     normal: &'b mut [f64],
     block: &'b mut [i32],
@@ -40,23 +39,17 @@ pub const fn normal_len(modes: usize) -> usize {
 }
 
 impl<'m, 'b> GlobalFit<'m, 'b> {
-    /// Prepares the fit. `normal` and `block` have [`normal_len`] elements, `weights` one a mode;
-    /// `ridge` (voxel² a hull voxel) is the model's unless given.
+    /// Prepares the fit. `normal` and `block` have [`normal_len`] elements, `weights` one a mode.
     ///
     /// # Errors
-    /// An empty hull, a buffer too small, or a ridge out of range.
+    /// An empty hull, or a buffer too small.
     pub fn new(
         model: &'m Model<'m>,
         hull: Hull<'m>,
-        ridge: Option<f32>,
         normal: &'b mut [f64],
         block: &'b mut [i32],
         weights: &'b mut [f64],
     ) -> Result<Self, Error> {
-        let ridge = ridge.unwrap_or(model.header().scales.global_ridge);
-        if !(ridge.is_finite() && ridge > 0.0) {
-            return Err(Error::Option(OptionName::Ridge));
-        }
         if hull.count == 0 {
             return Err(Error::EmptyHull);
         }
@@ -65,7 +58,7 @@ impl<'m, 'b> GlobalFit<'m, 'b> {
         let block = first(block, length, Buffer::Block)?;
         let weights = first(weights, model.modes(), Buffer::Global)?;
         normal.fill(0.0);
-        Ok(Self { model, hull, ridge: f64::from(ridge), normal, block, weights, brick: 0 })
+        Ok(Self { model, hull, normal, block, weights, brick: 0 })
     }
 
     /// One brick's sums, or the solve at the end; `None` when the weights are ready.
@@ -129,7 +122,8 @@ impl<'m, 'b> GlobalFit<'m, 'b> {
 
     fn solve(&mut self) {
         let modes = self.model.modes();
-        let lambda = self.ridge * f64::from(self.hull.weight) / f64::from(FULL_WEIGHT);
+        let ridge = f64::from(self.model.header().scales.global_ridge);
+        let lambda = ridge * f64::from(self.hull.weight) / f64::from(FULL_WEIGHT);
         let Some((matrix, vector)) = self.normal.split_at_mut_checked(packed(modes)) else { return };
         for i in 0..modes {
             if let Some(diagonal) = matrix.get_mut(packed(i) + i) {

@@ -153,7 +153,7 @@ mod tests {
         let said = |name| sentence("the model", &Error::Option(name));
         let misfit = said(OptionName::Misfit);
         assert!(misfit.contains("misfit scale") && misfit.contains("from 0.001 to 1000"), "{misfit}");
-        let ridge = said(OptionName::Ridge);
-        assert!(ridge.contains("ridge") && ridge.contains("positive number"), "{ridge}");
+        let lateral = said(OptionName::Lateral);
+        assert!(lateral.contains("sideways") && lateral.contains("0.25 to 4 voxels"), "{lateral}");
     }
 }

@@ -129,9 +129,8 @@ fn every_truncation_is_refused_even_when_length_and_checksum_agree_with_it() {
     }
 }
 
-/// The newest model with another header and a checksum that agrees.
-fn with_header(change: &dyn Fn(&mut Header<'_>)) -> Vec<u8> {
-    let file = newest();
+/// A model of the newest version with another header and a checksum that agrees.
+pub fn with_header(file: &[u8], change: &dyn Fn(&mut Header<'_>)) -> Vec<u8> {
     let length = usize::from(u16::from_le_bytes([file[10], file[11]]));
     let (head, rest) = file[PREFIX..].split_at(length);
     let (mut header, others): (Header<'_>, &[u8]) = postcard::take_from_bytes(head).unwrap();
@@ -146,7 +145,7 @@ fn with_header(change: &dyn Fn(&mut Header<'_>)) -> Vec<u8> {
 
 #[test]
 fn a_header_that_lies_about_what_follows_is_refused() {
-    Model::from_bytes(&with_header(&|_| ())).expect("the truth");
+    Model::from_bytes(&with_header(newest(), &|_| ())).expect("the truth");
     type Lie = (&'static str, fn(&mut Header<'_>));
     let lies: [Lie; 30] = [
         ("a side more", |h| h.sides[0] += u16::from(h.brick)),
@@ -181,7 +180,7 @@ fn a_header_that_lies_about_what_follows_is_refused() {
         ("a negative ridge", |h| h.scales.voxel_ridge = -1.0),
     ];
     for (what, lie) in lies {
-        let error = Model::from_bytes(&with_header(&lie)).expect_err(what);
+        let error = Model::from_bytes(&with_header(newest(), &lie)).expect_err(what);
         assert!(matches!(error, Error::Inconsistent(_)), "{what}: {error:?}");
     }
 }
