@@ -46,11 +46,9 @@ pub enum Stage {
     Done,
 }
 
-/// How a completion is run.
+/// How a completion is run. How far its points reach is the model's: [`Reach::of`].
 #[derive(Clone, Copy, Debug)]
 pub struct Settings<'b> {
-    /// How far a point reaches.
-    pub reach: Reach,
     /// Iterations of the pose; none takes the pose as it is, and every point for part of the shape.
     pub rounds: &'b [Round],
     /// Iterations of the local fit.
@@ -163,7 +161,6 @@ impl<'b, A: Arithmetic> Completion<'b, A> {
         memory: Memory<'b, A>,
     ) -> Result<Self, Error> {
         Sizes::required(model, &settings.schedule)?.check(&memory)?;
-        settings.reach.check()?;
         let fit = PoseFit::new(model, cloud, POSE_POINTS, pose, settings.rounds, memory.pose)?;
         let outcome = Outcome {
             pose,
@@ -327,7 +324,7 @@ impl<'b, A: Arithmetic> Completion<'b, A> {
         self.workspace.gradient.fill(A::ZERO);
         let (targets, keys) =
             (core::mem::take(&mut self.targets), core::mem::take(&mut self.workspace.residuals));
-        self.work = match HullBuilder::new(self.model, self.settings.reach, targets, keys) {
+        self.work = match HullBuilder::new(self.model, Reach::of(self.model), targets, keys) {
             Ok(builder) => Work::Hull(builder, 0),
             Err(error) => Work::Stopped(error),
         };

@@ -17,7 +17,7 @@
 //! use lacuna::completion::{Completion, Outcome, Settings};
 //! use lacuna::cloud::Packed;
 //! use lacuna::brick::MAX_BRICK_VOXELS;
-//! use lacuna::{Cloud, Error, Fixed, Memory, Model, Pose, Reach, Schedule, pose_fit::ROUNDS};
+//! use lacuna::{Cloud, Error, Fixed, Memory, Model, Pose, Schedule, pose_fit::ROUNDS};
 //!
 //! /// `model`: the bytes of a model file; `points`: packed by [`cloud::pack`](lacuna::cloud::pack) in steps of `step` scan
 //! /// units; `memory`: statics of the [`Sizes`](lacuna::Sizes) that the model requires; `surface` is told of every stored
@@ -31,7 +31,7 @@
 //! ) -> Result<Outcome, Error> {
 //!     let model = Model::from_bytes(model)?;
 //!     let schedule = Schedule::of(&model);
-//!     let settings = Settings { reach: Reach::of(&model), rounds: &ROUNDS, schedule };
+//!     let settings = Settings { rounds: &ROUNDS, schedule };
 //!     let cloud = Cloud::new(points, step)?;
 //!     let mut job = Completion::new(&model, cloud, rough_pose, settings, memory.reborrow())?;
 //!     while let Some((_stage, _progress)) = job.step() {

@@ -73,8 +73,7 @@ fn run(
     reference: bool,
 ) -> Result<Report, Error> {
     let model = Model::from_bytes(&case.model)?;
-    let reach = Reach::of(&model);
-    let settings = completion::Settings { reach, rounds: case.rounds, schedule };
+    let settings = completion::Settings { rounds: case.rounds, schedule };
     let points = case.points.packed();
     let float_fit = fit::<Float>(&model, &points, &case.pose, settings)?;
     let fixed_fit = fit::<Fixed>(&model, &points, &case.pose, settings)?;
@@ -85,7 +84,7 @@ fn run(
         let file = decode::model(&model);
         if let Some(volumes) = &case.volumes {
             let trained = decode::trained(volumes, &file);
-            let hull = decode::stored(case.reference_hull(trained.grid, reach), &trained.mask);
+            let hull = decode::stored(case.reference_hull(trained.grid, Reach::of(&model)), &trained.mask);
             let results = reference_results(&trained, &model, hull, schedule);
             comparisons.extend(scale.compare_all(Rungs::ReferenceFloat, &results, &float));
         }

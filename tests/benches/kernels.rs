@@ -22,7 +22,7 @@ fn main() {
 /// A whole head through hull, global fit, local fit and both sets of distances.
 fn whole_fit<A: Arithmetic>() -> Fit {
     let model = model();
-    let settings = Settings { reach: Reach::of(&model), rounds: &[], schedule: Schedule::of(&model) };
+    let settings = Settings { rounds: &[], schedule: Schedule::of(&model) };
     fit::<A>(&model, &head_points(1000).packed(), &voxel_pose(&model), settings).unwrap()
 }
 
@@ -61,7 +61,7 @@ fn completion(bencher: Bencher, refined: bool) {
     let points = head_points(1000).packed();
     let schedule = Schedule::of(&model);
     let rounds: &[Round] = if refined { &ROUNDS } else { &[] };
-    let settings = Settings { reach: Reach::of(&model), rounds, schedule };
+    let settings = Settings { rounds, schedule };
     let mut buffers = Buffers::<Fixed>::new(&Sizes::required(&model, &schedule).unwrap());
     bencher.bench_local(|| {
         let cloud = points.cloud().unwrap();

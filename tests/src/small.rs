@@ -3,7 +3,7 @@
 use lacuna::completion::Settings;
 use lacuna::pose_fit::ROUNDS;
 use lacuna::wire::message::{Begin, Hint, Iterations, MAX_BATCH};
-use lacuna::{Fixed, Model, Reach, Schedule};
+use lacuna::{Fixed, Model, Schedule};
 use lacuna_host::complete::Start;
 use lacuna_host::complete::depth_rows::DepthImage;
 use lacuna_host::complete::start::{Known, Thinned};
@@ -33,7 +33,7 @@ pub fn small() -> &'static Small {
         let case = Case::small().expect("the small case");
         let model = Model::from_bytes(&case.model).expect("the small case");
         let packed = case.points.packed();
-        let settings = Settings { reach: Reach::of(&model), rounds: &ROUNDS, schedule: Schedule::of(&model) };
+        let settings = Settings { rounds: &ROUNDS, schedule: Schedule::of(&model) };
         let digests = fit::<Fixed>(&model, &packed, &case.pose, settings).expect("the small case").digests;
         Small { scan: scan_of(&case, 1), digests, model: case.model }
     })
@@ -53,7 +53,7 @@ pub fn small_depth() -> &'static Small {
         let hint = Placed { centre: Point::origin(), pose: small().scan.begin.pose };
         let (rough, depth) = image.placed(&seen.mesh, &hint).expect("an extent");
         let packed = &depth.packed;
-        let settings = Settings { reach: Reach::of(&model), rounds: &ROUNDS, schedule: Schedule::of(&model) };
+        let settings = Settings { rounds: &ROUNDS, schedule: Schedule::of(&model) };
         let digests = fit::<Fixed>(&model, packed, &rough.pose, settings).expect("the small case").digests;
         let points = OrientedPoints::default();
         let thinned = Thinned { points, elsewhere: 0.0, clutter: 0.0, rough };

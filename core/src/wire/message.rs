@@ -8,7 +8,6 @@ use crate::completion::{Outcome, Settings, Stage};
 use crate::depth::Frame;
 use crate::error::Error;
 use crate::format::Unit;
-use crate::hull::Reach;
 use crate::model::Model;
 use crate::pose::Pose;
 use crate::schedule::Schedule;
@@ -130,7 +129,7 @@ impl Begin {
     /// What a completion of this scan runs with: on a device, and on a host that wants the same bits.
     pub fn settings(&self, model: &Model<'_>) -> Settings<'static> {
         let schedule = self.iterations.schedule(model);
-        Settings { reach: Reach::of(model), rounds: self.hint.rounds(model), schedule }
+        Settings { rounds: self.hint.rounds(model), schedule }
     }
 }
 

@@ -41,7 +41,7 @@ use crate::unit;
 use clutter::{APART, Clutter};
 use fitted::{Agreement, Fitted};
 use lacuna::completion::Settings;
-use lacuna::{Arithmetic, Model, Reach, Schedule};
+use lacuna::{Arithmetic, Model, Schedule};
 use measured::{Measured, scan_surface};
 use merge::{Limits, MEASURED, Merged};
 use noise::Noise;
@@ -159,7 +159,7 @@ pub fn fit_here<A: Arithmetic>(
     start: &Start,
     schedule: Schedule<'_>,
 ) -> Result<Fit, Error> {
-    let settings = Settings { reach: Reach::of(model), rounds: start.rounds(model), schedule };
+    let settings = Settings { rounds: start.rounds(model), schedule };
     fit::<A>(model, &start.packed(), &start.thinned.rough.pose, settings).map_err(Error::Fit)
 }
 

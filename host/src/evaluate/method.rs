@@ -8,7 +8,7 @@ use crate::points::OrientedPoints;
 use crate::reference::{Hull, Model as Reference, global, local, paper};
 use crate::train::grid::usual_stride;
 use crate::verify::{decode, settings};
-use lacuna::{Error, Fixed, Model, Pass, Pose, Reach, Schedule, completion, schedule};
+use lacuna::{Error, Fixed, Model, Pass, Pose, Schedule, completion, schedule};
 use serde::Serialize;
 
 /// How the global weights are found.
@@ -124,8 +124,8 @@ impl<'a> Fitter<'a> {
     pub fn fit(&self, points: &OrientedPoints, pose: &Pose) -> Result<Fields, Error> {
         let (model, method) = (self.model, &self.method);
         let passes = passes(model, method);
-        let (reach, points) = (Reach::of(model), points.packed());
-        let settings_of = |schedule| completion::Settings { reach, rounds: &[], schedule };
+        let points = points.packed();
+        let settings_of = |schedule| completion::Settings { rounds: &[], schedule };
         let schedule = |passes| Schedule { stride: model.header().stride, momentum: 0, passes };
         let Some(file) = &self.file else {
             let fit = core_fit::<Fixed>(model, &points, pose, settings_of(schedule(&passes)))?;

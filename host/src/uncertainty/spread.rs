@@ -45,14 +45,14 @@ mod tests {
     use crate::verify::Case;
     use lacuna::completion::Settings;
     use lacuna::pose_fit::ROUNDS;
-    use lacuna::{Fixed, Reach, Schedule};
+    use lacuna::{Fixed, Schedule};
 
     #[test]
     fn less_of_a_scan_determines_less() {
         let case = Case::small().unwrap();
         let model = Model::from_bytes(&case.model).unwrap();
         let schedule = Schedule::of(&model);
-        let settings = Settings { reach: Reach::of(&model), rounds: &ROUNDS, schedule };
+        let settings = Settings { rounds: &ROUNDS, schedule };
         let found = |points: OrientedPoints| {
             let points = points.along_curve();
             let fit = crate::fit::fit::<Fixed>(&model, &points.packed(), &case.pose, settings).unwrap();

@@ -8,7 +8,7 @@ use lacuna::brick::MAX_BRICK_VOXELS;
 use lacuna::cloud::Bytes;
 use lacuna::completion::{Outcome, Settings, Stage};
 use lacuna::local_fit::Task;
-use lacuna::{Cloud, Completion, Error, Fixed, Model, Reach, Schedule};
+use lacuna::{Cloud, Completion, Error, Fixed, Model, Schedule};
 
 /// Why the example ended early.
 #[derive(Clone, Copy, Debug)]
@@ -67,7 +67,7 @@ fn complete<M: Machine>(scale: &Scale) -> Result<(), Refused> {
     }
     let cloud = Cloud::new(points.get(..count).unwrap_or(&[]), scan.step())?;
     let schedule = Schedule::of(&model);
-    let settings = Settings { reach: Reach::of(&model), rounds: scan.hint().rounds(&model), schedule };
+    let settings = Settings { rounds: scan.hint().rounds(&model), schedule };
     let start = M::ticks();
     let mut job = Completion::<Fixed>::new(&model, cloud, scan.pose(), settings, memory)?;
     let prepared = M::ticks().wrapping_sub(start);

@@ -7,7 +7,10 @@ use lacuna::cloud::{Packed, from_bytes};
 use lacuna::completion::{Outcome, Settings};
 use lacuna::digest::Digest;
 use lacuna::pose_fit::{PATCH, ROUNDS, Round};
-use lacuna::{Arithmetic, Cloud, Completion, Error, Fixed, Float, Model, Pass, Pose, Reach, Schedule, Sizes};
+use lacuna::{
+    Arithmetic, Cloud, Completion, Error, Fixed, Float, HullBuilder, Model, Pass, Pose, Reach, Schedule,
+    Sizes,
+};
 use lacuna_host::fit::Buffers;
 
 /// Most points taken from an input.
@@ -22,7 +25,7 @@ pub fn run(bytes: &[u8]) {
     let model = tiny.model();
     let pose = if flag(0) { any_pose(&mut source) } else { near(&tiny.scan.begin.pose, &mut source) };
     let own = tiny.settings();
-    let reach = if flag(1) { any_reach(&mut source) } else { own.reach };
+    let reach = flag(1).then(|| any_reach(&mut source));
     let rounds: Vec<Round> = if flag(2) { any_rounds(&mut source) } else { ROUNDS.map(short).to_vec() };
     let steps: Vec<(u8, Vec<f32>)> = any_passes(&mut source);
     let passes: Vec<Pass<'_>> =
@@ -38,7 +41,10 @@ pub fn run(bytes: &[u8]) {
         false => mixed(&tiny.scan.points, source.0),
     };
     let Ok(cloud) = Cloud::new(&points, step) else { return };
-    let settings = Settings { reach, rounds: &rounds, schedule };
+    let settings = Settings { rounds: &rounds, schedule };
+    if let Some(reach) = reach {
+        claim(&model, cloud, pose, reach);
+    }
     if flag(6) {
         let _ = completed::<Float>(&model, cloud, pose, settings, 0);
     } else {
@@ -63,6 +69,16 @@ pub fn seeds() -> Vec<Vec<u8>> {
         [&[0x04][..], &calm, &[2, 2, 0, 0, 0x20, 0x41, 3, 1, 0, 0, 0, 0x3f, 1], &passes, &[0]].concat(),
         [&[0x7f][..], &[0x3f; 80], &scan[..240]].concat(),
     ]
+}
+
+/// Lets the points claim voxels as far as any reach: a completion takes the model's.
+fn claim(model: &Model<'_>, cloud: Cloud<'_>, pose: Pose, reach: Reach) {
+    let (mut targets, mut keys) = (vec![0; model.voxels()], vec![0i16; model.voxels()]);
+    let Ok(mut builder) = HullBuilder::new(model, reach, &mut targets, &mut keys) else { return };
+    for (point, normal) in (0..cloud.len()).filter_map(|index| cloud.point(index)) {
+        builder.add(pose.apply(point), pose.rotate(normal));
+    }
+    builder.finish();
 }
 
 /// Outcome and digest of the distances of a completion whose memory held `rubbish` before.

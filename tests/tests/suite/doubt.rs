@@ -3,14 +3,14 @@
 use lacuna::cloud::{Bytes, Packed};
 use lacuna::completion::{Doubt, Outcome, Settings};
 use lacuna::pose_fit::ROUNDS;
-use lacuna::{Error, Fixed, Pose, Reach, Schedule};
+use lacuna::{Error, Fixed, Pose, Schedule};
 use lacuna_host::fit::fit;
 use lacuna_host::points::PackedPoints;
 use lacuna_tests::model;
 
 fn outcome(points: &[Packed], pose: Pose) -> Result<Outcome, Error> {
     let (model, step) = (model(), Bytes(lacuna_fixtures::PACKED_SCAN).step());
-    let settings = Settings { reach: Reach::of(&model), rounds: &ROUNDS, schedule: Schedule::of(&model) };
+    let settings = Settings { rounds: &ROUNDS, schedule: Schedule::of(&model) };
     let points = PackedPoints { points: points.to_vec(), step };
     fit::<Fixed>(&model, &points, &pose, settings).map(|fit| fit.outcome)
 }

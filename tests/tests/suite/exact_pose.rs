@@ -37,11 +37,7 @@ fn fitted(model: &Model<'_>, sample: &Sample, exact: Placed) -> lacuna::Pose {
     let schedule = Schedule::of(model);
     let options = Options { pose: complete::GivenPose::Exact(exact), ..Options::of(model) };
     let start = start(model, &sample.scan, &options).expect("a start");
-    let settings = lacuna::completion::Settings {
-        reach: lacuna::Reach::of(model),
-        rounds: Hint::Exact.rounds(model),
-        schedule,
-    };
+    let settings = lacuna::completion::Settings { rounds: Hint::Exact.rounds(model), schedule };
     let begun = start.thinned.rough.pose;
     let found = fit::<lacuna::Fixed>(model, &start.packed(), &begun, settings).expect("a fit").outcome.pose;
     assert_eq!(start.known.hint, Hint::Exact);

@@ -3,7 +3,7 @@
 use lacuna::completion;
 use lacuna::error::{Buffer, OptionName};
 use lacuna::pose_fit::{ROUNDS, Round};
-use lacuna::{Completion, Error, Fixed, Float, Model, Reach, Schedule, Sizes};
+use lacuna::{Completion, Error, Fixed, Float, Model, Schedule, Sizes};
 use lacuna_host::fit::{Buffers, fit};
 use lacuna_host::io;
 use lacuna_host::points::{OrientedPoints, PackedPoints, thin};
@@ -19,7 +19,7 @@ fn complete(
     schedule: Schedule<'_>,
     buffers: &mut Buffers<Fixed>,
 ) -> Result<(), Error> {
-    let settings = completion::Settings { reach: Reach::of(model), rounds: &[], schedule };
+    let settings = completion::Settings { rounds: &[], schedule };
     let mut job = Completion::new(model, points.cloud()?, voxel_pose(model), settings, buffers.memory())?;
     job.run();
     job.outcome().map(|_| ())
@@ -61,11 +61,7 @@ fn a_round_that_the_pose_fit_cannot_do_is_refused_by_name() {
     let model = lacuna_tests::model();
     let points = head_points(1000).packed();
     let refusal = |round: Round| {
-        let settings = completion::Settings {
-            reach: Reach::of(&model),
-            rounds: &[round],
-            schedule: Schedule::of(&model),
-        };
+        let settings = completion::Settings { rounds: &[round], schedule: Schedule::of(&model) };
         fit::<Fixed>(&model, &points, &voxel_pose(&model), settings).expect_err("a round out of range")
     };
     for misfit in [0.0, -1.0, f32::NAN, f32::INFINITY, 1e-40] {

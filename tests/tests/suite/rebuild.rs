@@ -3,7 +3,7 @@
 use lacuna::cloud::Bytes;
 use lacuna::completion::Settings;
 use lacuna::pose_fit::ROUNDS;
-use lacuna::{Fixed, Model, Reach, Schedule};
+use lacuna::{Fixed, Model, Schedule};
 use lacuna_host::complete::clean::clean;
 use lacuna_host::complete::noise::widest;
 use lacuna_host::complete::{Options, start};
@@ -74,7 +74,7 @@ fn a_packed_scan_is_what_a_completion_fits() {
     let bytes = std::fs::read(folder.path().join("scan.cloud")).unwrap();
     let (model, scan) = (lacuna_tests::model(), Bytes(&bytes));
     let points = PackedPoints { points: scan.points().collect(), step: scan.step() };
-    let settings = Settings { reach: Reach::of(&model), rounds: &ROUNDS, schedule: Schedule::of(&model) };
+    let settings = Settings { rounds: &ROUNDS, schedule: Schedule::of(&model) };
     let found = fit::<Fixed>(&model, &points, &scan.pose(), settings).unwrap().digests;
     let completed = json(folder.path(), &["complete", "--no-picture", "--json"]);
     assert_eq!(serde_json::to_value(found).unwrap(), completed["digests"]);

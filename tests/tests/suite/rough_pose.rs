@@ -3,7 +3,7 @@
 use lacuna::cloud::Bytes;
 use lacuna::completion::Settings;
 use lacuna::pose_fit::ROUNDS;
-use lacuna::{Fixed, Pose, Reach, Schedule};
+use lacuna::{Fixed, Pose, Schedule};
 use lacuna_host::fit::fit;
 use lacuna_host::points::PackedPoints;
 use lacuna_tests::model;
@@ -14,7 +14,7 @@ const OFF: [f32; 3] = [15.0, 0.785, 0.22];
 /// Inliers of the example scan from a pose.
 fn inliers(pose: Pose) -> u32 {
     let (model, scan) = (model(), Bytes(lacuna_fixtures::PACKED_SCAN));
-    let settings = Settings { reach: Reach::of(&model), rounds: &ROUNDS, schedule: Schedule::of(&model) };
+    let settings = Settings { rounds: &ROUNDS, schedule: Schedule::of(&model) };
     let points = PackedPoints { points: scan.points().collect(), step: scan.step() };
     fit::<Fixed>(&model, &points, &pose, settings).map_or(0, |fit| fit.outcome.inliers)
 }
