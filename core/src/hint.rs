@@ -1,5 +1,7 @@
-//! How well a pose is known before a fit.
+//! How well a pose is known before a fit, and which iterations refine it then.
 
+use crate::model::Model;
+use crate::pose_fit::{EXACT, ROUNDS, Round, SETTLED};
 use serde::{Deserialize, Serialize};
 
 /// How well a pose is known. On the line and in a [scan's bytes](crate::cloud::Bytes) it is its number here: new ones go to the
@@ -16,6 +18,16 @@ pub enum Hint {
 }
 
 impl Hint {
+    /// How a pose known so well is refined: not at all if it is exact and the shapes were trained on as they lay.
+    pub const fn rounds(self, model: &Model<'_>) -> &'static [Round] {
+        match (self, model.jitter()) {
+            (Self::Rough, _) => &ROUNDS,
+            (Self::Settled, _) => &SETTLED,
+            (Self::Exact, Some(_)) => &EXACT,
+            (Self::Exact, None) => &[],
+        }
+    }
+
     /// Its number.
     pub const fn to_byte(self) -> u8 {
         self as u8

@@ -8,15 +8,18 @@
 //! there. They are claimed all the same, or the head behind a thin ear would reach through it (measured:
 //! 0.5 mm instead of 0.135 on complete faces). Voxels beyond the scan's border are reached by no normal.
 
-use crate::arithmetic::{DISTANCE_BITS, FULL_WEIGHT, RESIDUAL_LIMIT};
+use crate::arithmetic::{DISTANCE_BITS, FULL_WEIGHT};
 use crate::brick::BrickRows;
 use crate::digest::digest;
-use crate::error::{Buffer, Error, OptionName};
+use crate::error::{Buffer, Error};
 use crate::fixed::round_shift;
 use crate::format::PER_VOXEL;
 use crate::lent::Lent;
 use crate::mirror;
 use crate::model::Model;
+
+pub use crate::reach::Reach;
+pub use crate::target::Target;
 
 const NORMAL_BITS: u32 = 12;
 /// "Weight" of a claimed voxel that is not in the hull.
@@ -29,90 +32,6 @@ const FARTHEST: u32 = (Reach::MOST_FRONT as u32).pow(2) + (Reach::MOST_LATERAL a
 const _: () = assert!((FARTHEST >> KEY_SHIFT) + 1 < MIRRORED_KEY as u32);
 /// A key of a measured point is a squared distance by this many bits coarser.
 const KEY_SHIFT: u32 = 7;
-
-/// How far a point reaches, 1/256 voxel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Reach {
-    /// In front of the surface, and claimed behind it; 1 to [`Reach::MOST_FRONT`].
-    pub front: u16,
-    /// Behind the surface, in the hull; at most `front`.
-    pub behind: u16,
-    /// Sideways; about one point spacing, [`Reach::LEAST_LATERAL`] to [`Reach::MOST_LATERAL`].
-    pub lateral: u16,
-}
-
-impl Reach {
-    /// Farthest in front of the surface, 7.5 voxels: the widest distance that a [`Target`] holds is 8.
-    pub const MOST_FRONT: u16 = 1920;
-    /// Least reach sideways, a quarter of a voxel.
-    pub const LEAST_LATERAL: u16 = 64;
-    /// Farthest sideways, four voxels.
-    pub const MOST_LATERAL: u16 = 1024;
-
-    /// The reach a model was made for, one voxel sideways.
-    pub fn of(model: &Model<'_>) -> Self {
-        let scales = &model.header().scales;
-        let units = |voxels: f32| (voxels * PER_VOXEL) as u16;
-        Self { front: units(scales.front), behind: units(scales.behind), lateral: 256 }
-    }
-
-    /// Whether the hull's integers hold this reach.
-    ///
-    /// # Errors
-    /// Which part of it is out of range.
-    pub const fn check(&self) -> Result<(), Error> {
-        if self.front > Self::MOST_FRONT || self.behind > self.front || self.front == 0 {
-            return Err(Error::Option(OptionName::Reach));
-        }
-        if self.lateral < Self::LEAST_LATERAL || self.lateral > Self::MOST_LATERAL {
-            return Err(Error::Option(OptionName::Lateral));
-        }
-        Ok(())
-    }
-}
-
-/// A packed hull entry: distance in the upper twelve bits, weight in the lower four.
-///
-/// The nibble is 0 where the voxel is not in the hull and W - 1 otherwise, W = 16 for a measured voxel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Target(pub i16);
-
-impl Target {
-    /// A target at a distance (1/256 voxel, limited to ±2047) with a weight in sixteenths: 2 to 16, limited to that;
-    /// 1 and less is none.
-    #[inline]
-    pub const fn new(distance: i32, weight: i32) -> Self {
-        let limit = RESIDUAL_LIMIT;
-        let distance = if distance > limit {
-            limit
-        } else if distance < -limit {
-            -limit
-        } else {
-            distance
-        };
-        let nibble = if weight < 1 {
-            0
-        } else if weight > FULL_WEIGHT {
-            FULL_WEIGHT - 1
-        } else {
-            weight - 1
-        };
-        Self(((distance << 4) | nibble) as i16)
-    }
-
-    /// Distance t, 1/256 voxel.
-    #[inline(always)]
-    pub const fn distance(self) -> i16 {
-        self.0 >> 4
-    }
-
-    /// Weight W in sixteenths, 0 outside the hull.
-    #[inline(always)]
-    pub const fn weight(self) -> i32 {
-        let nibble = (self.0 & 15) as i32;
-        if nibble == 0 { 0 } else { nibble + 1 }
-    }
-}
 
 /// Builds a hull point by point.
 #[derive(Debug)]
@@ -365,22 +284,4 @@ impl<'b> Hull<'b> {
 
 fn first_voxels<'b, T>(model: &Model<'_>, buffer: &'b mut [T], name: Buffer) -> Result<&'b mut [T], Error> {
     crate::workspace::first(buffer, model.voxels(), name)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn targets_keep_distance_and_weight_apart() {
-        for distance in [-2047, -300, -1, 0, 1, 17, 2047] {
-            for weight in 2..=16 {
-                let target = Target::new(distance, weight);
-                assert_eq!((i32::from(target.distance()), target.weight()), (distance, weight));
-            }
-        }
-        assert_eq!(Target(0).weight(), 0);
-        assert_eq!([-1, 0, 1, 16, 17, i32::MAX].map(|w| Target::new(5, w).weight()), [0, 0, 0, 16, 16, 16]);
-        assert_eq!(Target::new(9999, 16).distance(), 2047);
-    }
 }

@@ -106,6 +106,8 @@ mod hint;
 mod hull_rows;
 mod lent;
 mod packed;
+mod reach;
+mod target;
 
 pub use arithmetic::{Arithmetic, Fixed, Float};
 pub use cloud::Cloud;

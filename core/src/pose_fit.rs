@@ -102,18 +102,6 @@ pub const SETTLED: [Round; 2] = [HALF, ALL];
 /// Joint only: for a pose that is exact in the frame the training shapes were given in.
 pub const EXACT: [Round; 2] = [Round { tied: true, ..HALF }, Round { tied: true, ..ALL }];
 
-impl Hint {
-    /// How a pose known so well is refined: not at all if it is exact and the shapes were trained on as they lay.
-    pub const fn rounds(self, model: &Model<'_>) -> &'static [Round] {
-        match (self, model.jitter()) {
-            (Self::Rough, _) => &ROUNDS,
-            (Self::Settled, _) => &SETTLED,
-            (Self::Exact, Some(_)) => &EXACT,
-            (Self::Exact, None) => &[],
-        }
-    }
-}
-
 /// Memory of a pose fit; by default, none.
 #[derive(Debug, Default)]
 pub struct PoseBuffers<'b> {
