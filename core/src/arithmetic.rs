@@ -221,6 +221,21 @@ pub trait Arithmetic: Copy {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::format::MAX_MODES;
+    use crate::schedule::WIDEST;
+
+    /// Largest basis value.
+    const BASIS: u64 = i8::MIN.unsigned_abs() as u64;
+
+    /// Strides, each with the kernels that go with it.
+    fn kernels() -> impl Iterator<Item = (Stride, Kernel)> {
+        let radii = |stride| (0..=WIDEST as u8).map(move |radius| (stride, radius));
+        let fits = |&(stride, radius): &(Stride, u8)| {
+            u32::from(stride.voxels) * (2 * u32::from(radius) + 1) <= WIDEST
+        };
+        let all = (1..=4).filter_map(Stride::new).flat_map(radii);
+        all.filter(fits).map(|(stride, radius)| (stride, Kernel::new(radius, stride)))
+    }
 
     #[test]
     fn reciprocal_of_the_cube_is_exact_to_four_millionths() {
@@ -234,30 +249,34 @@ mod tests {
 
     #[test]
     fn every_box_of_ratios_and_gradients_stays_within_31_bits() {
-        for voxels in 1..=4u8 {
-            let stride = Stride::new(voxels).unwrap();
-            for radius in (0..=15u8).filter(|&r| voxels * (2 * r + 1) <= 31) {
-                let kernel = Kernel::new(radius, stride);
-                assert!(
-                    (RATIO_LIMIT as u64 * u64::from(kernel.volume)) << kernel.ratio_bits <= 1 << 31,
-                    "{radius}"
-                );
-                let width = u64::from(voxels) * u64::from(2 * radius + 1);
-                let box_of_gradients = 32 * u64::from(voxels).pow(3) * width.pow(3);
-                assert!(box_of_gradients << kernel.gradient_bits <= 1 << 31, "{voxels} {radius}");
-            }
+        for (stride, kernel) in kernels() {
+            let ratios = RATIO_LIMIT as u64 * u64::from(kernel.volume);
+            assert!(ratios << kernel.ratio_bits <= 1 << 31, "{kernel:?}");
+            // Of every voxel the largest residual times the largest basis value.
+            let bits = DISTANCE_BITS + u32::from(MIN_EXPONENT);
+            let gradient = u128::from(RESIDUAL_LIMIT as u64 * BASIS * u64::from(stride.cube()));
+            let voxels = u128::from(kernel.volume * stride.cube());
+            assert!((gradient * voxels) << kernel.gradient_bits <= 1 << (31 + bits), "{kernel:?}");
         }
     }
 
     #[test]
+    fn every_box_of_curvatures_stays_within_31_bits() {
+        // The largest that a voxel can have is limited.
+        let voxel = Fixed::curvature(u32::MAX, FULL_WEIGHT, 1) as u64;
+        assert!(voxel * u64::from(WIDEST).pow(3) < 1 << 31);
+    }
+
+    #[test]
     fn corner_residuals_and_sums_of_cells_stay_within_their_bits() {
-        for voxels in 1..=4u8 {
-            let (stride, q) = (Stride::new(voxels).unwrap(), i64::from(voxels));
-            assert!((2047 * q.pow(3)) >> stride.lost_bits < 1 << 15, "{voxels}");
-            assert!(
-                127 * 128 * (1i64 << 15) < 1 << 31 && (1i64 << 15) * 128 * q.pow(3) < 1 << 31,
-                "{voxels}"
-            );
+        let most = 1 << 15;
+        assert!(u64::from(MAX_MODES) * BASIS * most < 1 << 31, "sums with the weights of a corner");
+        for stride in (1..=4).filter_map(Stride::new) {
+            let cube = u64::from(stride.cube());
+            // Rounded half up.
+            let half = (1 << stride.lost_bits) >> 1;
+            assert!((RESIDUAL_LIMIT as u64 * cube + half) >> stride.lost_bits < most, "{stride:?}");
+            assert!(most * BASIS * cube < 1 << 31, "{stride:?}: a cell's gradient");
         }
     }
 
@@ -265,7 +284,7 @@ mod tests {
     fn corner_residuals_in_sixteen_bits_are_the_same() {
         for voxels in 1..=4u8 {
             let (stride, most) = (Stride::new(voxels).unwrap(), i16::from(voxels).pow(3));
-            for residual in (-2047..=2047).step_by(7) {
+            for residual in (-RESIDUAL_LIMIT as i16..=RESIDUAL_LIMIT as i16).step_by(7) {
                 let same = |phi: i16| {
                     i32::from(stride.short_corner_residual(residual, phi))
                         == stride.corner_residual(residual, phi)
