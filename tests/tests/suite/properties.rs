@@ -2,6 +2,7 @@
 
 use lacuna::arithmetic::{Kernel, Stride};
 use lacuna::box_filter::{box_sums, dense_len};
+use lacuna::columns::LIMIT;
 use lacuna::corner_rows::Row;
 use lacuna::corners::Weights;
 use lacuna::cube::Cube;
@@ -10,7 +11,7 @@ use lacuna::gradient::{CellGradient, GROUP, MARGIN, Taken};
 use lacuna::grid::position;
 use lacuna::hull::{Hull, Target};
 use lacuna::nodes::{NodeMap, map_len};
-use lacuna::pose_fit::{Hint, ROUNDS};
+use lacuna::pose_fit::{Hint, ROUNDS, Round};
 use lacuna::pose_row::{MOST_ENTRIES, Rows};
 use lacuna::trilinear::trilinear;
 use lacuna::{
@@ -159,6 +160,41 @@ proptest! {
             }
         }
         prop_assert!(2 * filled > points.len());
+    }
+
+    /// Every entry of a row is below the limit that the exact sums of columns rest on, whatever shape, misfit scale and
+    /// centre of turns: at the grid's corners, where arms are longest, anywhere in it and on a surface.
+    #[test]
+    fn entries_of_rows_are_below_the_limit_of_columns(
+        weights in weights(),
+        strength in 0.0f32..8.0,
+        misfit in (-3.0f32..3.0).prop_map(|power| 10f32.powf(power)),
+        centres in prop::collection::vec(prop::array::uniform3(-7.0f32..8.0), 8),
+        inside in prop::collection::vec(prop::array::uniform3(0.0f32..1.0), 1000),
+    ) {
+        let model = model();
+        let sides = model.grid().sides().map(f32::from);
+        let at = |within: [f32; 3]| -> [f32; 3] { std::array::from_fn(|axis| within[axis] * sides[axis]) };
+        let corners = (0..8).map(|c| [0, 1, 2].map(|axis| if c >> axis & 1 == 0 { 0.0 } else { 0.9999 }));
+        let surface = in_voxels(&head_points(1000), &voxel_pose(&model)).into_iter().map(|(point, _)| point);
+        let places: Vec<[f32; 3]> = corners.chain(inside).map(at).chain(surface).collect();
+        let shape: Vec<f32> = weights.iter().map(|&weight| weight as f32 * strength).collect();
+        let mut rows = Rows::new(&model);
+        let rounds = [ROUNDS[0], ROUNDS[ROUNDS.len() - 1]].map(|round| Round { misfit, ..round });
+        // Far from the grid all arms are about as long as the longest one, which the entries are scaled by.
+        for (round, centre) in rounds.iter().flat_map(|round| centres.iter().map(move |&centre| (round, centre))) {
+            rows.set(round, at(centre), &shape);
+            let (mut cube, mut filled) = (rows.cube(), 0);
+            for &place in &places {
+                let mut row = [0; MOST_ENTRIES];
+                if rows.fill(place, &mut cube, &mut row).is_some() {
+                    let entries = &row[..rows.entries()];
+                    prop_assert!(entries.iter().all(|e| e.unsigned_abs() < LIMIT as u16), "{place:?}: {entries:?}");
+                    filled += 1;
+                }
+            }
+            prop_assert!(filled > 100, "only {filled} rows");
+        }
     }
 
     /// A perfect global fit leaves the local one nothing to do but rounding: 5.7 at most in eighty draws.
