@@ -42,6 +42,13 @@ impl Dense {
         self.beside(i).into_iter().flatten()
     }
 
+    /// Mean of what is known (no NaN) of the voxels that share a face with one; `values` are one a voxel. None where nothing is.
+    pub fn mean_beside(&self, i: usize, values: &[f32]) -> Option<f32> {
+        let known = self.neighbours(i).map(|j| values[j]).filter(|value| !value.is_nan());
+        let (sum, count) = known.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+        (count > 0.0).then(|| sum / count)
+    }
+
     /// Direction in which the distance grows, of unit length unless it grows slowly; zero where it is unknown.
     pub fn direction(&self, i: usize) -> [f32; 3] {
         let own = self.values[i];

@@ -62,14 +62,22 @@ pub fn diffuse(
     }
     let hold = |i: usize| if unsettled[i] { 0.0 } else { HOLD };
     let free: Vec<usize> = (0..fitted.len()).filter(|&i| !fitted[i].is_nan() && !measured[i]).collect();
+    let deviations = relaxed(global, &fitted, &free, hold);
+    free.iter().for_each(|&i| local.values[i] = global.values[i] + deviations[i]);
+    measured
+}
+
+/// Deviations from `global` after some rounds in which each `free` voxel takes the mean of those beside it, and is held by
+/// what was `fitted` there by a share of `hold`.
+fn relaxed(global: &Dense, fitted: &[f32], free: &[usize], hold: impl Fn(usize) -> f32 + Sync) -> Vec<f32> {
     let directions: Vec<[f32; 3]> = (0..fitted.len()).into_par_iter().map(|i| global.direction(i)).collect();
     let way = |i: usize, near: Option<usize>| match near.filter(|&j| !fitted[j].is_nan()) {
         Some(j) => (j, conductance(&directions[i], &directions[j])),
         None => (i, 0.0),
     };
-    let ways = |&i: &usize| local.beside(i).map(|near| way(i, near));
+    let ways = |&i: &usize| global.beside(i).map(|near| way(i, near));
     let ways: Vec<[(usize, f32); 6]> = free.par_iter().map(ways).collect();
-    let mut deviations = fitted.clone();
+    let mut deviations = fitted.to_vec();
     for _ in 0..ROUNDS {
         let next = |(&i, ways): (&usize, &[(usize, f32); 6])| {
             let sums =
@@ -82,8 +90,7 @@ pub fn diffuse(
         let next: Vec<f32> = free.par_iter().zip(&ways).map(next).collect();
         free.iter().zip(next).for_each(|(&i, deviation)| deviations[i] = deviation);
     }
-    free.iter().for_each(|&i| local.values[i] = global.values[i] + deviations[i]);
-    measured
+    deviations
 }
 
 /// How well a deviation goes from one voxel to the next: fully along a surface, not at all through a thin part.

@@ -86,13 +86,8 @@ impl Dense {
     /// Unknown voxels on the support next to known deviations: place, deviation and distance.
     fn grow(&self, model: &Model<'_>, deviations: &[f32]) -> Vec<(usize, f32, f32)> {
         let next = |i: usize| {
-            let known = self.neighbours(i).map(|near| deviations[near]).filter(|d| !d.is_nan());
-            let (sum, count) = known.fold((0.0, 0), |(sum, count), d| (sum + d, count + 1));
-            if count == 0 {
-                return None;
-            }
+            let deviation = self.mean_beside(i, deviations)?;
             let (mean, _) = sample::far(model, self.voxel(i).map(|v| v as f32))?;
-            let deviation = sum / count as f32;
             Some((i, deviation, mean + deviation))
         };
         let unknown = (0..self.values.len()).into_par_iter().filter(|&i| self.values[i].is_nan());

@@ -78,11 +78,7 @@ pub fn deviations(field: &Dense, posterior: &Posterior<'_>) -> Vec<f32> {
     let unknown = |i: &usize| near(*i) && deviations[*i].is_nan();
     let mut unknown: Vec<usize> = (0..deviations.len()).filter(unknown).collect();
     loop {
-        let grown = |&i: &usize| {
-            let known = field.neighbours(i).map(|j| deviations[j]).filter(|d| !d.is_nan());
-            let (sum, count) = known.fold((0.0, 0.0), |(sum, count), d| (sum + d, count + 1.0));
-            (count > 0.0).then(|| (i, sum / count))
-        };
+        let grown = |&i: &usize| Some((i, field.mean_beside(i, &deviations)?));
         let grown: Vec<(usize, f32)> = unknown.par_iter().filter_map(grown).collect();
         if grown.is_empty() {
             return deviations;

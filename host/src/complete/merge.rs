@@ -36,6 +36,16 @@ pub struct Merged {
     pub heights: Vec<f32>,
 }
 
+impl Merged {
+    /// Area of the inferred surface; of a triangle at the seam, as much as of its corners.
+    pub fn inferred_area(&self) -> f64 {
+        let inferred = |&&v: &&u32| self.labels[v as usize] != MEASURED;
+        let share = |corners: &[u32; 3]| corners.iter().filter(inferred).count() as f64 / 3.0;
+        let area = |(t, corners)| self.mesh.area_of(t) * share(corners);
+        self.mesh.triangles.iter().enumerate().map(area).sum()
+    }
+}
+
 /// How the measured surface is found next to a vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {

@@ -39,7 +39,7 @@ use crate::uncertainty::spread::spread;
 use crate::uncertainty::{Cue, Expected, Share, shares};
 use crate::unit;
 use clutter::{APART, Clutter};
-use fitted::{Agreement, Fitted};
+use fitted::Fitted;
 use lacuna::completion::Settings;
 use lacuna::{Arithmetic, Model, Schedule};
 use measured::{Measured, scan_surface};
@@ -180,7 +180,6 @@ pub fn complete_by(
     let ((measured, layers), fitted) = rayon::join(looked, || fitted(model, &start, fit));
     let (measured, (fit, fitted, [global, local])) = (measured?, fitted?);
     let placed = fitted.placed;
-    let agreement = fitted.agreement(model, start.thinned.points.points.len());
     let drawn = fitted.drawn_to(model, &measured.surface);
     let whole = fair(&drawn.surface(&placed, options.finer), FAIRING);
     if whole.triangles.is_empty() {
@@ -198,7 +197,7 @@ pub fn complete_by(
     let expected_shares = shares(&expected.errors, &|v| merged.labels[v] == MEASURED);
     let [_, inferred] = expected_shares;
     let vague = inferred.filter(|_| expected.calibrated).map(|inferred| inferred.median);
-    let verdict = judge(model, &start, (&fitted, &fit), &merged, (agreement, vague, layers));
+    let verdict = judge(model, &start, &fitted, &fit, &merged, vague, layers);
     Ok(Completion {
         scan,
         measured,
@@ -229,20 +228,18 @@ fn fitted<'m>(
     Ok((fit, fitted, surfaces))
 }
 
+/// The verdict on a completion whose inferred surface is `expected` to be so far off, and whose views are so far apart.
 fn judge(
     model: &Model<'_>,
     start: &Start,
-    (fitted, fit): (&Fitted<'_>, &Fit),
+    fitted: &Fitted<'_>,
+    fit: &Fit,
     merged: &Merged,
-    (agreement, expected, layers): (Agreement, Option<f64>, Option<f64>),
+    expected: Option<f64>,
+    layers: Option<f64>,
 ) -> Verdict {
-    let (mut inferred, mut total) = (0.0, 0.0);
-    for (t, corners) in merged.mesh.triangles.iter().enumerate() {
-        let area = merged.mesh.area_of(t);
-        total += area;
-        inferred +=
-            area * corners.iter().filter(|&&v| merged.labels[v as usize] != MEASURED).count() as f64 / 3.0;
-    }
+    let agreement = fitted.agreement(model, start.thinned.points.points.len());
+    let inferred = merged.inferred_area();
     let used = 1.0 - start.thinned.elsewhere - start.thinned.clutter;
     let (inliers, exactness) = fitted.explained(model, start);
     let pose = used * inliers;
@@ -252,7 +249,7 @@ fn judge(
         inlier_share: agreement.inliers,
         outside_share: start.thinned.elsewhere + used * agreement.outside,
         seen_rms: agreement.rms / f64::from(placed.pose.scale),
-        inferred_share: inferred / f64::max(total, f64::MIN_POSITIVE),
+        inferred_share: inferred / f64::max(merged.mesh.area(), f64::MIN_POSITIVE),
         inferred_area: inferred,
         viewable_share: viewable::share(&merged.mesh),
         weight_norm: weight_norm(fit.global.iter().copied()),

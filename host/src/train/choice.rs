@@ -131,7 +131,7 @@ impl Search {
     }
 
     fn next_spacing(&self) -> Option<f64> {
-        next_spacing(self.usual, self.best.size, self.best.excess, (self.coarsest, &self.settings))
+        next_spacing(&self.settings, self.usual, self.coarsest, self.best.size, self.best.excess)
     }
 
     fn made(self) -> Result<Made, Error> {
@@ -146,8 +146,9 @@ impl Search {
     }
 }
 
-/// The spacing to try next, unless this one is as good as any, or the last; `excess` is that of the model at `now`.
-fn next_spacing(usual: Size, now: Size, excess: f64, (coarsest, settings): (f64, &Settings)) -> Option<f64> {
+/// The spacing to try after the model `now` with its excess, from the `usual` one to the `coarsest`; none where this one is as
+/// good as any, or the last.
+fn next_spacing(settings: &Settings, usual: Size, coarsest: f64, now: Size, excess: f64) -> Option<f64> {
     let [first, spacing] = [usual, now].map(|size| f64::from(size.spacing));
     if settings.spacing.is_some() || spacing >= coarsest * (1.0 - 1e-6) {
         return None;
@@ -198,7 +199,7 @@ mod tests {
     const USUAL: Size = Size { spacing: 3.3, modes: 29 };
 
     fn next(spacing: f32, modes: usize, excess: f64) -> Option<f64> {
-        next_spacing(USUAL, Size { spacing, modes }, excess, (9.9, &Settings::default()))
+        next_spacing(&Settings::default(), USUAL, 9.9, Size { spacing, modes }, excess)
     }
 
     #[test]
@@ -211,12 +212,12 @@ mod tests {
     #[test]
     fn what_was_asked_for_stays() {
         let spaced = Settings { spacing: Some(3.3), ..Settings::default() };
-        assert_eq!(next_spacing(USUAL, Size { modes: 1, ..USUAL }, 9.0, (9.9, &spaced)), None);
+        assert_eq!(next_spacing(&spaced, USUAL, 9.9, Size { modes: 1, ..USUAL }, 9.0), None);
         let all = Settings { modes: Some(29), ..Settings::default() };
-        assert_eq!(next_spacing(USUAL, USUAL, 2.0, (9.9, &all)), Some(4.16));
-        assert_eq!(next_spacing(USUAL, Size { spacing: 4.5, ..USUAL }, 1.0, (9.9, &all)), None);
+        assert_eq!(next_spacing(&all, USUAL, 9.9, USUAL, 2.0), Some(4.16));
+        assert_eq!(next_spacing(&all, USUAL, 9.9, Size { spacing: 4.5, ..USUAL }, 1.0), None);
         // Where the class allows no coarser voxel.
-        assert_eq!(next_spacing(USUAL, USUAL, 9.0, (4.0, &Settings::default())), Some(4.0));
+        assert_eq!(next_spacing(&Settings::default(), USUAL, 4.0, USUAL, 9.0), Some(4.0));
     }
 
     #[test]
