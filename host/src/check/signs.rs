@@ -9,8 +9,10 @@ const BESIDE: f64 = 0.3;
 /// Share of a cloud's normals that face against those beside them, from which on nothing can be told of them: of random
 /// signs it is a half, of eleven scans of faces and femurs, ears among them, a ten-thousandth at most.
 const RANDOM: f64 = 0.25;
-/// From which on some of them face inwards: where normals have the sign of their largest component, 0.03; where patches of a
-/// cloud were turned, 0.03.
+/// Normals whose cosine is below minus this are opposed; those of a noisy scan are rather askew.
+const OPPOSED: f64 = 0.7;
+/// Share of opposed ones from which on, if no more are askew, some face inwards: where normals have the sign of their largest
+/// component, 0.03; where patches of a cloud were turned, 0.03.
 const TURNED: f64 = 0.01;
 
 /// Estimates the normals of a cloud of random signs anew, and turns those of a cloud of which some face inwards.
@@ -20,17 +22,19 @@ pub(super) fn check(checked: &mut Checked) {
         return;
     }
     let pairs = neighbours(&mesh.points, &mesh.normals, 1);
-    let beside: Vec<bool> =
-        pairs.iter().filter(|pair| pair.rise < BESIDE).map(|pair| pair.cosine < 0.0).collect();
-    let against = beside.iter().filter(|&&against| against).count();
-    let share = against as f64 / beside.len().max(1) as f64;
-    if share > RANDOM {
+    let beside: Vec<f64> = pairs.iter().filter(|pair| pair.rise < BESIDE).map(|pair| pair.cosine).collect();
+    let share = |counts: &dyn Fn(f64) -> bool| {
+        beside.iter().filter(|&&cosine| counts(cosine)).count() as f64 / beside.len().max(1) as f64
+    };
+    let against = share(&|cosine| cosine < 0.0);
+    let [opposed, askew] = [share(&|cosine| cosine < -OPPOSED), share(&|cosine| cosine.abs() <= OPPOSED)];
+    if against > RANDOM {
         mesh.normals = estimate(&mesh.points);
         checked.repaired(format!(
             "{:.0} % of the normals face against their neighbours': all were estimated anew",
-            100.0 * share
+            100.0 * against
         ));
-    } else if share > TURNED {
+    } else if opposed > TURNED.max(askew) {
         turn(checked);
     }
 }
@@ -54,6 +58,7 @@ mod tests {
     use super::*;
     use crate::mesh::{Mesh, Point, Vector};
     use crate::surface::shapes::ball;
+    use crate::synth::Random;
 
     #[test]
     fn normals_of_random_sign_are_estimated_anew_and_others_stay() {
@@ -71,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn normals_of_a_part_that_face_inwards_are_turned_and_those_of_a_thin_sheet_stay() {
+    fn normals_of_a_part_that_face_inwards_are_turned_and_those_of_thin_sheets_and_noisy_scans_stay() {
         let mesh = ball(24, 9.0);
         let cloud = Mesh { normals: mesh.vertex_normals(), triangles: vec![], ..mesh };
         let mut part = cloud.clone();
@@ -85,6 +90,13 @@ mod tests {
         let points: Vec<Point> = top.clone().chain(top.map(|p| Point::new(p.x, p.y, 0.0))).collect();
         let normals = (0..1800).map(|i| Vector::z() * if i < 900 { 1.0 } else { -1.0 }).collect();
         let sheet = Mesh { points, normals, triangles: vec![] };
+        let mut noisy = cloud.clone();
+        let mut random = Random::new(1, 1);
+        noisy.normals.iter_mut().for_each(|n| *n = (*n + 0.8 * random.direction()).normalize());
+        noisy.normals.iter_mut().step_by(50).for_each(|n| *n = -*n);
+        let mut checked = Checked { mesh: noisy.clone(), findings: vec![] };
+        check(&mut checked);
+        assert!(checked.mesh == noisy && checked.findings.is_empty(), "{:?}", checked.findings);
         let mut checked = Checked { mesh: sheet.clone(), findings: vec![] };
         check(&mut checked);
         assert!(checked.mesh == sheet && checked.findings.is_empty(), "{:?}", checked.findings);
