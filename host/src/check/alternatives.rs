@@ -2,6 +2,7 @@
 
 use crate::complete::explained::Explained;
 use crate::mesh::Mesh;
+use crate::normals::neighbours;
 use crate::register::{self, Registration, rank::SIZES};
 use lacuna::Model;
 
@@ -19,6 +20,8 @@ pub enum Alternative {
 /// Where a pose explains less than this share of a scan without tables and walls, clutter or another kind of object is most
 /// of it: a raw photogrammetry scan with hair and shoulders 0.33, half a head with shoulders 0.26 to 0.36.
 pub const DOUBTFUL: f64 = 0.5;
+/// Cosine between normals that go with each other.
+const SMOOTH: f64 = 0.7;
 /// An alternative must explain this share of the scan,
 const CONVINCING: f64 = 0.6;
 /// and so much more of it than was explained without it.
@@ -67,6 +70,22 @@ pub fn advice_on(model: &Model<'_>, scan: &Mesh, seed: u64, found: &Registration
     advice(model, scan, seed, (found.explained(), found.placed.size(model)))
 }
 
+/// Why no pose was found for a scan, and what would make it fit, if anything would.
+pub fn told(model: &Model<'_>, scan: &Mesh, seed: u64, error: &register::Error) -> String {
+    let doubtful = matches!(error, register::Error::NoMatch) && is_a_surface(scan);
+    match doubtful.then(|| advice(model, scan, seed, (0.0, 1.0))).flatten() {
+        Some(advice) => format!("{error} Or: {advice}"),
+        None => error.to_string(),
+    }
+}
+
+/// Whether most of a scan's normals go with those beside them. Of noise, and of triangles at random, half of them do not; no
+/// search need be made for these.
+fn is_a_surface(scan: &Mesh) -> bool {
+    let pairs = neighbours(&scan.points, &scan.vertex_normals(), 1);
+    2 * pairs.iter().filter(|pair| pair.cosine > SMOOTH).count() > pairs.len()
+}
+
 /// What would make a scan fit, if it is doubtful whether it does in the pose that was found: so much of it `explained`, tables
 /// and walls aside, and `size` times as large as the class. As a sentence; none if nothing would, or if it fits.
 pub fn advice(model: &Model<'_>, scan: &Mesh, seed: u64, (explained, size): (f64, f64)) -> Option<String> {
@@ -93,4 +112,31 @@ pub fn advice(model: &Model<'_>, scan: &Mesh, seed: u64, (explained, size): (f64
 /// that is inside out.
 fn in_a_possible_size(explained: f64, size: f64) -> f64 {
     if SIZES.contains(&size) { explained } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface::shapes::ball;
+    use crate::synth::{Head, Random};
+
+    #[test]
+    fn triangles_at_random_are_no_surface_and_one_inside_out_is() {
+        let ball = ball(24, 9.0);
+        let mut shuffled = ball.clone();
+        let mut random = Random::new(1, 1);
+        let count = ball.points.len() as f64;
+        shuffled.triangles.iter_mut().flatten().for_each(|v| *v = random.range(0.0, count) as u32);
+        let told = [ball.clone(), Alternative::Flipped.of(&ball), shuffled].map(|mesh| is_a_surface(&mesh));
+        assert_eq!(told, [true, true, false]);
+    }
+
+    #[test]
+    fn where_no_pose_is_found_it_is_told_what_would_make_the_scan_fit() {
+        let model = Model::from_bytes(lacuna_fixtures::MODEL).expect("the built-in model");
+        let inwards = Alternative::Flipped.of(&Head::sample(1, 1001).mesh());
+        let said = |error| told(&model, &inwards, 1, &error);
+        assert!(said(register::Error::NoMatch).contains("--flip turns them"));
+        assert!(!said(register::Error::TooFewPoints(3)).contains("--flip"));
+    }
 }

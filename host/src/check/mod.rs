@@ -130,7 +130,7 @@ fn mesh_with(loaded: Loaded, flat: Flat) -> Checked {
     if flat == Flat::LeftOut {
         soup::check(&mut checked);
     }
-    triangles::check(&mut checked, flat);
+    let either_way = triangles::check(&mut checked, flat);
     if checked.is_refused() {
         return checked;
     }
@@ -140,7 +140,7 @@ fn mesh_with(loaded: Loaded, flat: Flat) -> Checked {
     vertices::check(&mut checked);
     let edges = Edges::of(&checked.mesh);
     edges::check(&mut checked, &edges, flat);
-    winding::check(&mut checked, &edges);
+    winding::check(&mut checked, &edges, either_way);
     checked
 }
 

@@ -2,7 +2,7 @@
 //! inwards.
 
 use super::{Checked, counted};
-use crate::normals::{estimate, neighbours};
+use crate::normals::{agreeing, estimate, neighbours};
 
 /// A neighbour that rises less than this out of a point's plane lies beside it; that on the other side of a sheet rises more.
 const BESIDE: f64 = 0.3;
@@ -39,16 +39,12 @@ pub(super) fn check(checked: &mut Checked) {
     }
 }
 
-/// Turns the normals that face against those that are estimated of the points alone.
+/// Turns normals so that those beside each other agree.
 fn turn(checked: &mut Checked) {
     let mesh = &mut checked.mesh;
-    let (mut turned, estimated) = (0, estimate(&mesh.points));
-    for (normal, estimated) in mesh.normals.iter_mut().zip(&estimated) {
-        if normal.dot(estimated) < 0.0 {
-            *normal = -*normal;
-            turned += 1;
-        }
-    }
+    let agreeing = agreeing(&mesh.points, &mesh.normals);
+    let turned = agreeing.iter().zip(&mesh.normals).filter(|(now, before)| now != before).count();
+    mesh.normals = agreeing;
     let what = counted(turned, "normal that faces", "normals that face");
     checked.repaired(format!("{what} the other way than those beside turned round"));
 }

@@ -87,14 +87,40 @@ fn where_as_many_triangles_face_either_way_the_form_tells() {
     }
 }
 
+/// A bowl that is seen from within: its form tells the wrong side, but not clearly.
 #[test]
-fn of_a_sheet_with_both_sides_one_is_left() {
-    let clean = sheet(6);
-    let count = clean.points.len() as u32;
-    let mut both = clean.clone();
-    both.points.extend(clean.points.clone());
-    both.triangles.extend(clean.triangles.iter().map(|&[a, b, c]| [a, c, b].map(|v| v + count)));
-    assert_eq!(mesh(both).mesh, clean);
+fn where_the_form_does_not_tell_the_larger_side_stays() {
+    let mut clean = sheet(12);
+    clean.points.iter_mut().for_each(|p| p.z += 0.005 * ((p.x - 5.5).powi(2) + (p.y - 5.5).powi(2)));
+    let out = inwards::outwardness(&clean).expect("an area");
+    assert!((-0.14..-0.01).contains(&out), "{out}");
+    let mut mixed = clean.clone();
+    let fewer = clean.triangles.len() * 45 / 100;
+    mixed.triangles.iter_mut().take(fewer).for_each(|corners| corners.swap(1, 2));
+    assert_eq!(mesh(mixed).mesh.triangles, clean.triangles);
+}
+
+#[test]
+fn of_a_sheet_with_both_sides_the_one_that_faces_outwards_is_left_whatever_the_order() {
+    let whole = ball(16, 6.0);
+    let kept = (0..whole.triangles.len()).filter(|&t| whole.corners(t).iter().all(|p| p.z > 4.0));
+    let fronts: Vec<[u32; 3]> = kept.map(|t| whole.triangles[t]).collect();
+    let count = whole.points.len() as u32;
+    let backs: Vec<[u32; 3]> = fronts.iter().map(|&[a, b, c]| [a, c, b].map(|v| v + count)).collect();
+    let points: Vec<Point> = whole.points.iter().chain(&whole.points).copied().collect();
+    let by_turns = fronts.iter().zip(&backs).enumerate();
+    let by_turns = by_turns.flat_map(|(i, (f, b))| if i % 3 == 0 { [*b, *f] } else { [*f, *b] });
+    for triangles in [
+        [fronts.clone(), backs.clone()].concat(),
+        [backs.clone(), fronts.clone()].concat(),
+        by_turns.collect(),
+    ] {
+        let checked = mesh(Mesh { points: points.clone(), normals: vec![], triangles });
+        let up = (0..checked.mesh.triangles.len()).filter(|&t| checked.mesh.normal_of(t).z > 0.0).count();
+        assert_eq!(checked.mesh.triangles.len(), fronts.len());
+        assert!(up * 10 > fronts.len() * 9, "{up} of {}: {}", fronts.len(), texts(&checked));
+        assert!(!texts(&checked).contains("loose"), "{}", texts(&checked));
+    }
 }
 
 #[test]

@@ -105,13 +105,23 @@ impl Complete {
             device = told;
             Ok(fit)
         };
-        let mut completion =
-            complete_by(&model, &scan, &options, begin, fit).map_err(|error| self.subject.named(&error))?;
+        let mut completion = complete_by(&model, &scan, &options, begin, fit)
+            .map_err(|error| self.told(&model, &scan, &error))?;
         let seconds = start.elapsed().as_secs_f64();
         self.advise(&model, &mut completion);
         self.write(&completion, &model, factor)?;
         self.write_report(&completion, &model, &scan, &notes)?;
         self.tell(common, &completion, &model, (seconds, notes, device))
+    }
+
+    /// Why a scan cannot be completed, and what would make it fit.
+    fn told(&self, model: &Model<'_>, scan: &Mesh, error: &complete::Error) -> Failure {
+        match error {
+            complete::Error::Register(error) => {
+                self.subject.named(&alternatives::told(model, scan, self.subject.seed, error))
+            }
+            other => self.subject.named(other),
+        }
     }
 
     /// After a pose that explains little: what would make the scan fit.

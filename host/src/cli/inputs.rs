@@ -16,6 +16,7 @@ use crate::{report, size, unit};
 use lacuna::Model;
 use lacuna::format::Unit;
 use nalgebra::Matrix4;
+use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -113,13 +114,13 @@ impl Subject {
     }
 
     /// An error with the scan it belongs to.
-    pub fn named(&self, error: &dyn std::error::Error) -> Failure {
+    pub fn named(&self, error: &dyn fmt::Display) -> Failure {
         named(self.scan.as_deref(), error)
     }
 }
 
 /// An error with the scan it belongs to.
-pub fn named(path: Option<&Path>, error: &dyn std::error::Error) -> Failure {
+pub fn named(path: Option<&Path>, error: &dyn fmt::Display) -> Failure {
     let name = path.map_or("the example scan".into(), |path| path.display().to_string());
     format!("{name}: {error}").into()
 }

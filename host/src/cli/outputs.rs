@@ -65,7 +65,8 @@ pub fn own(path: &Path, mark: &str, instead: &str) -> Result<(), Failure> {
 pub fn is_own(path: &Path, mark: &str) -> bool {
     // Opening a pipe would wait for its other end.
     let marked = || path.is_file() && head_of(path).windows(mark.len()).any(|part| part == mark.as_bytes());
-    !path.exists() || path.is_dir() || marked()
+    // A link that leads nowhere is somebody's, too.
+    path.symlink_metadata().is_err() || marked()
 }
 
 /// The first bytes of a file; none of one that cannot be read.
@@ -202,9 +203,13 @@ mod tests {
                 "{other:?}"
             );
         }
-        assert!(own(folder.path(), "a mark", "").is_ok());
+        assert!(own(folder.path(), "a mark", "").is_err());
         #[cfg(unix)]
-        assert!(own(Path::new("/dev/null"), "a mark", "").is_err());
+        {
+            let link = folder.path().join("link.png");
+            std::os::unix::fs::symlink("nowhere.png", &link).unwrap();
+            assert!(own(&link, "a mark", "").is_err() && own(Path::new("/dev/null"), "a mark", "").is_err());
+        }
     }
 
     #[cfg(unix)]

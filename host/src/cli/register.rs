@@ -44,8 +44,10 @@ impl Register {
         let (mesh, notes) = self.subject.mesh(&model)?;
         let cleaned = clean(&mesh, widest(&model));
         let begun = std::time::Instant::now();
-        let found = register::register(&model, &cleaned.scan, self.subject.seed)
-            .map_err(|error| self.subject.named(&error))?;
+        let found = register::register(&model, &cleaned.scan, self.subject.seed).map_err(|error| {
+            let told = alternatives::told(&model, &cleaned.scan, self.subject.seed, &error);
+            self.subject.named(&told)
+        })?;
         let seconds = begun.elapsed().as_secs_f64();
         let scale = found.placed.size(&model);
         let odd = verdict::of_pose(&found, scale).map(|(_, text)| text);

@@ -64,7 +64,7 @@ impl Explained {
         [self.of_all(), self.near_the_model(), self.ambiguous(), self.elsewhere()].into_iter().flatten()
     }
 
-    /// Share of the points that do not lie where the model stores nothing.
+    /// `pose` as a share of the points near the model: of those that do not lie where it stores nothing.
     pub fn near(&self) -> f64 {
         self.pose / f64::max(1.0 - self.outside, f64::MIN_POSITIVE)
     }

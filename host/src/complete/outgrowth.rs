@@ -3,17 +3,19 @@
 
 use super::dense::Dense;
 use super::merge::{MEASURED, Merged};
+use crate::mesh::Mesh;
 use crate::register::Placed;
+use crate::surface::components;
 use lacuna::pose_row::steepness;
 use serde::Serialize;
 
 /// What lies farther outside the global fit than this stands out, class millimetres.
 const OUT: f64 = 5.0;
-/// Area of it that is nothing to talk about, square class millimetres: twenty scans of faces 100 at most, a real face 350;
-/// bumps of 10 mm on a cheek, 25 mm around, 500 to 1700.
-const LITTLE: f64 = 450.0;
+/// Area of a patch that is nothing to talk about, square class millimetres: twenty whole faces 273 at most, their ears; nine
+/// bumps of 10 to 20 mm on cheeks 11 to 311 (five, partly left out as clutter) and 411 to 1192.
+const LITTLE: f64 = 320.0;
 
-/// What stands out.
+/// The largest patch that stands out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Outgrowth {
     /// Its area.
@@ -32,16 +34,19 @@ impl Outgrowth {
             Some(distance / f64::from(steepness(gradient.map(|c| c as f32).into())) / scale)
         };
         let measured = |v: usize| merged.labels[v] == MEASURED;
-        let out = |v: usize| height(v).filter(|&height| measured(v) && height > OUT * millimetre);
-        let heights: Vec<Option<f64>> = (0..merged.labels.len()).map(out).collect();
-        let area = |(t, corners): (usize, &[u32; 3])| {
-            let out = corners.iter().filter(|&&v| heights[v as usize].is_some()).count();
-            if out > 0 { merged.mesh.area_of(t) * out as f64 / 3.0 } else { 0.0 }
-        };
-        Self {
-            area: merged.mesh.triangles.iter().enumerate().map(area).sum(),
-            height: heights.into_iter().flatten().fold(0.0, f64::max),
+        let heights = (0..merged.labels.len()).map(|v| if measured(v) { height(v) } else { None });
+        let heights: Vec<f64> = heights.map(|height| height.unwrap_or(0.0)).collect();
+        let out = |corners: &&[u32; 3]| corners.iter().all(|&v| heights[v as usize] > OUT * millimetre);
+        let triangles = merged.mesh.triangles.iter().filter(out).copied().collect();
+        let mesh = Mesh { triangles, points: merged.mesh.points.clone(), normals: vec![] };
+        let mut patches: Vec<Self> = Vec::new();
+        for (t, patch) in components(&mesh).into_iter().enumerate() {
+            patches.resize(patches.len().max(patch as usize + 1), Self::default());
+            let Self { area, height } = &mut patches[patch as usize];
+            *area += mesh.area_of(t);
+            *height = mesh.triangles[t].iter().map(|&v| heights[v as usize]).fold(*height, f64::max);
         }
+        patches.into_iter().max_by(|a, b| a.area.total_cmp(&b.area)).unwrap_or_default()
     }
 
     /// Whether it is so much that the scan shows something that the class has not; `millimetre` is a class millimetre.
@@ -53,7 +58,7 @@ impl Outgrowth {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{Mesh, Point, Vector};
+    use crate::mesh::{Point, Vector};
     use crate::surface::shapes::ball;
     use lacuna::Pose;
 
@@ -82,7 +87,7 @@ mod tests {
         let found = Outgrowth::of(&merged(MEASURED), &global, &placed, 1.0);
         let cap = std::f64::consts::TAU * 17.0 * 17.0 * 0.1;
         assert!((found.height - 7.0).abs() < 0.2, "{found:?}");
-        assert!((0.9..2.0).contains(&(found.area / cap)), "{found:?} of {cap}");
+        assert!((0.6..1.2).contains(&(found.area / cap)), "{found:?} of {cap}");
         assert!(!found.is_large(1.0) && found.is_large(0.3));
         assert_eq!(Outgrowth::of(&merged(1 - MEASURED), &global, &placed, 1.0), Outgrowth::default());
     }

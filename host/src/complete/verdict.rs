@@ -200,8 +200,8 @@ impl Evidence {
             self.outgrowth.is_large(millimetre),
             Grade::Check,
             format!(
-                "{} {unit}2 of the measured surface stand out of the class's shapes, by {} {unit} at most: a swelling, a \
-                 strap, a hand?",
+                "{} {unit}2 of the measured surface stand out of what the model makes of the scan, by {} {unit} at most: a \
+                 swelling, a strap, a hand, or a shape it does not know?",
                 digits(area, 0),
                 digits(height, 1)
             ),

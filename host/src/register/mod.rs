@@ -111,7 +111,7 @@ pub enum Error {
     },
     /// Nothing matched.
     #[error(
-        "the scan does not match the model anywhere: is it of the same class, one surface with little noise, facing outwards?"
+        "the scan does not match the model anywhere: is it of the same class, or so noisy that it must be smoothed first?"
     )]
     NoMatch,
     /// The core refused.
@@ -141,9 +141,10 @@ impl Foreground {
     fn new(scan: &Mesh, field: &Field, model: &Model<'_>, seed: u64) -> Self {
         let spacing = f64::from(model.header().spacing);
         let all = thin(scan, spacing);
-        let (centre, points) = centred(&without_planes(field, all.clone(), spacing, seed));
-        let share = points.points.len() as f64 / all.points.len().max(1) as f64;
-        Self { all: all.points, centre, points, share }
+        let whole = all.points.clone();
+        let (centre, points) = centred(&without_planes(field, all, spacing, seed));
+        let share = points.points.len() as f64 / whole.len().max(1) as f64;
+        Self { all: whole, centre, points, share }
     }
 
     /// Refuses what is too little for a pose.

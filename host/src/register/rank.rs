@@ -78,7 +78,8 @@ const NEXT_TO_NOTHING: f64 = 0.1;
 /// triangles 0.02 to 0.05 and 0.53 to 0.6; a raw photogrammetry scan with hair and shoulders 0.33 and 0.74.
 const BY_CHANCE: f64 = 0.62;
 
-/// Whether no search would find a pose that explains more than chance does.
+/// Whether a pose explains no more than chance does. More turns seldom find a better one, of a scan that is inside out one that
+/// explains a fifth; [`alternatives`](crate::check::alternatives) tell of that.
 pub fn hopeless(best: &Scored) -> bool {
     best.inliers < NEXT_TO_NOTHING && best.exactness() < BY_CHANCE
 }
