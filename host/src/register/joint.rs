@@ -116,7 +116,7 @@ pub(super) fn fitted(
 pub(super) fn scored(model: &Model<'_>, cloud: Cloud<'_>, pose: Pose, shape: Vec<f32>) -> Scored {
     let (inliers, agreement) = agreement(model, cloud, &pose, &Weights::new(&shape));
     let factor = f64::from(pose.scale) * f64::from(model.header().spacing);
-    Scored { pose, explained: agreement * factor.sqrt(), inliers, size: 1.0 / factor, shape }
+    Scored { pose, explained: agreement * factor.sqrt(), inliers, near: 1.0, size: 1.0 / factor, shape }
 }
 
 /// Signed distance of a place from the surface of `cube`, voxels, and the surface's normal, about as long as 1.

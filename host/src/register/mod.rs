@@ -3,7 +3,8 @@
 //! Tables and walls are left out ([`planes`]). Coarse search over point pairs ([`search`]), then every candidate is refined by
 //! the core's joint estimate of pose and shape ([`joint`]), and the one that explains most of the scan wins ([`rank`]). A search
 //! whose winner does not convince draws more pairs. Among clutter, each of the best is refined again without what lies beside
-//! the shape ([`trim`]), other sizes are tried ([`resize`]), and while what was found is not sure, other pairs are drawn.
+//! the shape ([`trim`]), other sizes are tried ([`resize`]), and while what was found is not sure, other pairs are drawn. Of a
+//! scene of several things, what lies beside the best is searched, too, and the likeliest thing wins.
 
 pub mod field;
 pub mod joint;
@@ -30,12 +31,12 @@ use lacuna::pose_fit::{Hint, Round};
 use lacuna::{Model, sample};
 pub use placed::Placed;
 use planes::without_planes;
-use rank::{Scored, among_clutter, convincing, finals, hopeless, next_best, ranked, sure};
+use rank::{Scored, among_clutter, convincing, finals, hopeless, likeliest, next_best, ranked, sure};
 use rayon::prelude::*;
 use resize::resized;
 use search::{Effort, Search};
 use std::ops::Range;
-use trim::settled_alone;
+use trim::{beside, settled_alone};
 
 /// Fewest points that a pose is found for.
 pub const FEWEST_POINTS: usize = 60;
@@ -193,6 +194,9 @@ const FINALS: usize = 3;
 /// As many of them in all, where several poses explain nearly as much.
 const MOST_FINALS: usize = 8;
 
+/// Things beside the best of a scene that are searched for.
+const THINGS: usize = 2;
+
 /// Finds the pose of a scan.
 ///
 /// # Errors
@@ -215,17 +219,20 @@ fn register_within(model: &Model<'_>, scan: &Mesh, seed: u64, turns: u64) -> Res
     let foreground = Foreground::new(scan, &field, model, seed);
     let points = &foreground.points;
     foreground.check()?;
-    let search = Search::new(&field, points, 1.0 / f64::from(model.header().spacing), seed);
-    let [mut finals, mut rest] = searched(model, &field, points, &search, 0..GLANCE);
+    let scene = Scene { model, field: &field, points, seed };
+    let search = scene.search(points);
+    let [mut finals, mut rest] = scene.searched(points, &search, 0..GLANCE);
     for turn in GLANCE..turns {
         let done = |best| hopeless(best) || sure(&field, best, finals.iter().chain(&rest));
         if finals.first().is_some_and(done) {
             break;
         }
-        let [more, others] = searched(model, &field, points, &search, turn..turn + 1);
-        finals.extend(more);
-        finals = ranked(finals);
+        let [more, others] = scene.searched(points, &search, turn..turn + 1);
+        finals = ranked(finals.into_iter().chain(more).collect());
         rest.extend(others);
+    }
+    if turns > GLANCE {
+        finals = scene.with_other_things(finals);
     }
     let Some((best, others)) = finals.split_first().filter(|(best, _)| !hopeless(best)) else {
         return Err(Error::NoMatch);
@@ -234,28 +241,58 @@ fn register_within(model: &Model<'_>, scan: &Mesh, seed: u64, turns: u64) -> Res
     Ok(foreground.registration(model, best.clone(), runner_up))
 }
 
-/// The poses that turns of the search find, best first, and those that were not worth many points.
-fn searched(
-    model: &Model<'_>,
-    field: &Field,
-    points: &OrientedPoints,
-    search: &Search<'_>,
-    turns: Range<u64>,
-) -> [Vec<Scored>; 2] {
-    let mut found: Vec<Scored> = Vec::new();
-    for turn in turns {
-        let candidates = search.candidates(turn, EFFORTS[usize::from(turn > 0)]);
-        found.extend(refined(model, field, points, &candidates));
-        found = ranked(found);
-        if convincing(field, &found) {
-            break;
-        }
+/// What is searched through.
+struct Scene<'a> {
+    model: &'a Model<'a>,
+    field: &'a Field,
+    /// All of the foreground.
+    points: &'a OrientedPoints,
+    seed: u64,
+}
+
+impl Scene<'_> {
+    /// A search for some of the scene's points.
+    fn search<'s>(&'s self, among: &'s OrientedPoints) -> Search<'s> {
+        Search::new(self.field, among, 1.0 / f64::from(self.model.header().spacing), self.seed)
     }
-    let [finals, rest] = finals(field, found, FINALS, MOST_FINALS);
-    // One that drifts off the model on the way leaves the others.
-    let settled = |other: &Scored| settled_alone(model, field, points, other.pose).ok();
-    let finals = ranked(finals.par_iter().filter_map(settled).collect());
-    [resized(model, field, points, finals), rest]
+
+    /// The poses that turns of a search find among some of the points, best first, and those that were not worth many points.
+    fn searched(&self, among: &OrientedPoints, search: &Search<'_>, turns: Range<u64>) -> [Vec<Scored>; 2] {
+        let Self { model, field, points, .. } = *self;
+        let mut found: Vec<Scored> = Vec::new();
+        for turn in turns {
+            let candidates = search.candidates(turn, EFFORTS[usize::from(turn > 0)]);
+            found.extend(refined(model, field, among, &candidates));
+            found = ranked(found);
+            if convincing(field, &found) {
+                break;
+            }
+        }
+        let [finals, rest] = finals(field, found, FINALS, MOST_FINALS);
+        // One that drifts off the model on the way leaves the others.
+        let settled = |other: &Scored| settled_alone(model, field, points, other.pose).ok();
+        let finals = ranked(finals.par_iter().filter_map(settled).collect());
+        [resized(model, field, points, finals), rest]
+    }
+
+    /// The poses, the likeliest thing's in front, with those of the things beside the best: hardly a pair is drawn on a face
+    /// where shoulders are most of the scan.
+    fn with_other_things(&self, mut poses: Vec<Scored>) -> Vec<Scored> {
+        let misled = |best: &&Scored| best.is_one_of_several_things() && !hopeless(best);
+        let Some(mut thing) = poses.first().filter(misled).cloned() else { return poses };
+        let mut others = self.points.clone();
+        for _ in 0..THINGS {
+            others = others.chosen(&beside(self.model, &others, &thing));
+            if others.points.len() < FEWEST_POINTS {
+                break;
+            }
+            let [more, _] = self.searched(&others, &self.search(&others), 0..GLANCE);
+            let Some(best) = more.first().cloned() else { break };
+            thing = best;
+            poses.extend(more);
+        }
+        likeliest(self.field, ranked(poses))
+    }
 }
 
 /// Seed of the points tried as planes where nothing is searched for.

@@ -63,6 +63,14 @@ fn once(
     Ok(scored(model, judges.cloud()?, pose, shape).of_all(share))
 }
 
+/// The numbers of the points that lie beside the shape that was found with a pose.
+pub fn beside(model: &Model<'_>, points: &OrientedPoints, known: &Scored) -> Vec<usize> {
+    let all: Vec<usize> = (0..points.points.len()).collect();
+    let mut is_beside = vec![true; all.len()];
+    on(model, points, &all, known).into_iter().for_each(|i| is_beside[i] = false);
+    all.into_iter().filter(|&i| is_beside[i]).collect()
+}
+
 /// Those of the `near` points that lie on a shape.
 fn on(model: &Model<'_>, points: &OrientedPoints, near: &[usize], known: &Scored) -> Vec<usize> {
     let limit = BESIDE * model.header().scales.millimetre;
