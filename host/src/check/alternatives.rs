@@ -97,14 +97,10 @@ pub fn advice(model: &Model<'_>, scan: &Mesh, seed: u64, (explained, size): (f64
         let found = register::glance(model, &alternative.of(scan), seed).ok()?;
         let after = in_a_possible_size(found.explained(), found.placed.size(model));
         let convinces = after >= CONVINCING && after >= before + GAIN;
-        convinces.then(|| {
-            format!(
-                "{} ({:.0} instead of {:.0} % of it, in a possible size)",
-                alternative.advice(),
-                100.0 * after,
-                100.0 * before
-            )
-        })
+        let instead = if before > 0.0 { format!(" instead of {:.0}", 100.0 * before) } else { String::new() };
+        let share = 100.0 * after;
+        convinces
+            .then(|| format!("{} ({share:.0}{instead} % of it, in a possible size)", alternative.advice()))
     })
 }
 

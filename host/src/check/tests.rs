@@ -124,6 +124,51 @@ fn of_a_sheet_with_both_sides_the_one_that_faces_outwards_is_left_whatever_the_o
 }
 
 #[test]
+fn one_triangle_with_both_sides_neither_turns_a_hollow_nor_joins_a_slit() {
+    // A shell: the inside of its hollow faces the middle.
+    let mut shell = ball(16, 7.0);
+    let inner = ball(16, 3.0);
+    let count = shell.points.len() as u32;
+    shell.points.extend(&inner.points);
+    shell.triangles.extend(inner.triangles.iter().map(|&[a, b, c]| [a, c, b].map(|v| v + count)));
+    let [a, b, c] = shell.triangles[0];
+    let double = Mesh { triangles: [&shell.triangles[..], &[[a, c, b]]].concat(), ..shell.clone() };
+    let checked = mesh(double);
+    assert_eq!((checked.mesh.triangles, checked.mesh.points), (shell.triangles, shell.points));
+    // Two sheets that touch, with vertices of their own.
+    let (left, mut right) = (sheet(8), sheet(8));
+    right.points.iter_mut().for_each(|p| p.x += 7.0);
+    let mut both = left.clone();
+    both.points.extend(&right.points);
+    both.triangles.extend(right.triangles.iter().map(|t| t.map(|v| v + left.points.len() as u32)));
+    let [a, b, c] = both.triangles[5];
+    both.triangles.push([a, c, b]);
+    let checked = mesh(both.clone());
+    assert_eq!(checked.mesh.points, both.points, "{}", texts(&checked));
+}
+
+/// A single view: a large part, and a hollow beside it that the scanner sees into.
+#[test]
+fn small_pieces_of_a_sheet_with_both_sides_face_as_the_large_one_does() {
+    let mut view = sheet(30);
+    view.points.iter_mut().for_each(|p| p.z = -0.02 * ((p.x - 14.5).powi(2) + (p.y - 14.5).powi(2)));
+    let mut hollow = sheet(8);
+    hollow.points.iter_mut().for_each(|p| p.z = 0.06 * ((p.x - 3.5).powi(2) + (p.y - 3.5).powi(2)));
+    let alone = inwards::outwardness(&hollow).expect("an area");
+    assert!(alone < -0.2, "by itself it would be turned: {alone}");
+    let count = view.points.len() as u32;
+    view.points.extend(hollow.points.iter().map(|p| p + nalgebra::Vector3::x() * 40.0));
+    view.triangles.extend(hollow.triangles.iter().map(|t| t.map(|v| v + count)));
+    let backs: Vec<[u32; 3]> = view.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
+    for triangles in
+        [[view.triangles.clone(), backs.clone()].concat(), [backs, view.triangles.clone()].concat()]
+    {
+        let checked = mesh(Mesh { triangles, ..view.clone() });
+        assert!((0..checked.mesh.triangles.len()).all(|t| checked.mesh.normal_of(t).z > 0.0));
+    }
+}
+
+#[test]
 fn a_spike_does_not_turn_the_scan() {
     let clean = sheet(6);
     let mut odd = clean.clone();

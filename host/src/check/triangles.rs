@@ -1,13 +1,16 @@
 //! Triangles that cover nothing, or are there twice: the same way round or as the other side of a sheet.
 
+use super::soup::joined;
 use super::{Checked, Flat, counted};
-use crate::io::Weld;
 use crate::mesh::Mesh;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::hash_map::Entry;
 
+/// Share of the triangles that are there as the other side of another one, from which on the mesh is a sheet with both sides.
+const BOTH: f64 = 0.5;
+
 /// Takes out copies and, unless they are kept, zero-area triangles; without any other triangle the mesh is refused. Returns
-/// whether there were two sides of a sheet, of which nothing tells which is the outer one.
+/// whether there were both sides of a sheet, of which nothing tells which is the outer one.
 pub(super) fn check(checked: &mut Checked, flat: Flat) -> bool {
     let mesh = &mut checked.mesh;
     let before = mesh.triangles.len();
@@ -27,10 +30,11 @@ pub(super) fn check(checked: &mut Checked, flat: Flat) -> bool {
     if flat == Flat::LeftOut {
         let mut kept = covering.iter();
         mesh.triangles.retain(|_| kept.next() == Some(&true));
-        join_sides(mesh);
+        join_sides(checked);
     }
+    let mesh = &mut checked.mesh;
     let flat = before - mesh.triangles.len();
-    let (mut seen, mut either_way) = (FxHashMap::default(), false);
+    let (mut seen, mut opposite) = (FxHashMap::default(), 0);
     mesh.triangles.retain(|corners| {
         let (sorted, even) = sorted(*corners);
         match seen.entry(sorted) {
@@ -39,12 +43,13 @@ pub(super) fn check(checked: &mut Checked, flat: Flat) -> bool {
                 true
             }
             Entry::Occupied(first) => {
-                either_way |= *first.get() != even;
+                opposite += usize::from(*first.get() != even);
                 false
             }
         }
     });
-    let copies = before - flat - mesh.triangles.len();
+    let left = mesh.triangles.len();
+    let copies = before - flat - left;
     if flat > 0 {
         checked.repaired(format!("{} without area left out", counted(flat, "triangle", "triangles")));
     }
@@ -52,21 +57,21 @@ pub(super) fn check(checked: &mut Checked, flat: Flat) -> bool {
         let what = counted(copies, "triangle that is", "triangles that are");
         checked.repaired(format!("{what} there twice left out"));
     }
-    either_way
+    opposite as f64 >= BOTH * left as f64
 }
 
-/// Joins the vertices at the same place where triangles are there twice by their places alone: sheets that were exported with
-/// both their sides may have vertices of their own for each. Normals are left to the triangles: those of the sides differ.
-fn join_sides(mesh: &mut Mesh) {
-    let mut weld = Weld::for_triangles(mesh.points.len());
-    let places: Result<Vec<u32>, _> = mesh.points.iter().map(|p| weld.add((*p).into())).collect();
-    let Ok(places) = places else { return };
-    let joined: Vec<[u32; 3]> = mesh.triangles.iter().map(|c| c.map(|v| places[v as usize])).collect();
+/// Joins the vertices at the same place where most triangles are there twice by their places alone: sheets that were exported
+/// with both their sides may have vertices of their own for each.
+fn join_sides(checked: &mut Checked) {
     let different =
         |triangles: &[[u32; 3]]| triangles.iter().map(|c| sorted(*c).0).collect::<FxHashSet<_>>().len();
-    if weld.points.len() < mesh.points.len() && different(&joined) < different(&mesh.triangles) {
-        (mesh.points, mesh.triangles) = (weld.points, joined);
-        mesh.normals.clear();
+    let before = different(&checked.mesh.triangles);
+    let is_double = |mesh: &Mesh| {
+        let left = different(&mesh.triangles);
+        (before - left) as f64 >= BOTH * left as f64
+    };
+    if let Some(mesh) = joined(&checked.mesh).filter(is_double) {
+        checked.put_joined(mesh, "the two sides of its sheets");
     }
 }
 

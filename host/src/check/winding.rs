@@ -2,7 +2,7 @@
 
 use super::inwards::outwardness_of;
 use super::{Checked, counted};
-use crate::mesh::{Mesh, Point};
+use crate::mesh::{Mesh, Point, Vector};
 use crate::surface::Edges;
 
 /// Turns the smaller side of contradicting winding round, and closed surfaces that face inwards; `edges` are those
@@ -11,7 +11,7 @@ pub(super) fn check(checked: &mut Checked, edges: &Edges, either_way: bool) {
     let contradicting = edges.list.iter().any(|e| e.uses == 2 && same_way(&checked.mesh, e.sides));
     if contradicting || either_way {
         match turned(&checked.mesh, edges, either_way) {
-            Some(turn) => repair(checked, &turn),
+            Some(turn) => repair(checked, &turn, either_way),
             None => checked
                 .note("the winding contradicts itself along a one-sided surface; it stays as it is".into()),
         }
@@ -32,7 +32,7 @@ fn is_closed(edges: &Edges) -> bool {
     edges.list.iter().all(|edge| edge.uses == 2)
 }
 
-fn repair(checked: &mut Checked, turn: &[bool]) {
+fn repair(checked: &mut Checked, turn: &[bool], either_way: bool) {
     let turned = turn.iter().filter(|&&turn| turn).count();
     if turned == 0 {
         return;
@@ -43,7 +43,9 @@ fn repair(checked: &mut Checked, turn: &[bool]) {
     // Normals of the file belong to the old winding: those of the triangles hold.
     checked.mesh.normals.clear();
     let what = counted(turned, "triangle that faces", "triangles that face");
-    checked.repaired(format!("{what} the other way than the neighbours turned round"));
+    let way =
+        if either_way { "inwards, of sheets with both sides," } else { "the other way than the neighbours" };
+    checked.repaired(format!("{what} {way} turned round"));
 }
 
 /// Whether two sides run along their edge in the same direction.
@@ -52,22 +54,44 @@ fn same_way(mesh: &Mesh, sides: [u32; 2]) -> bool {
     start(sides[0]) == start(sides[1])
 }
 
-/// A side of less than this share of a piece's area is the wrong one; of more, its form must tell,
+/// A side of less than this share of a piece's area is the wrong one; of more, the form must tell,
 const FEWER: f64 = 0.4;
-/// if it bulges this clearly to one side: scans of one view are at -0.08 to 0.46, those of faces from 0.25 on.
+/// if it bulges this clearly to one side: scans of one view are at -0.08 to 0.46, those of faces from 0.25 on. Their small
+/// pieces are at -0.4 to 0.6,
 const CLEARLY: f64 = 0.15;
+/// but face as the largest one does, if that is seen from one side: a mean normal longer than this (a hemisphere has 1/2).
+const ONE_SIDED: f64 = 0.65;
+/// A piece with less of its mean normal along that of the largest decides by itself.
+const ALONG: f64 = 0.2;
 
 /// Which triangles must be turned so that all neighbours agree; none for a one-sided surface. In every piece the
 /// side with the larger area stays, huge triangles counted as large ones; of sides of about the same area, and of those that
 /// had been there `either_way`, the one that faces outwards, if the form tells.
 fn turned(mesh: &Mesh, edges: &Edges, either_way: bool) -> Option<Vec<bool>> {
+    let (mut turn, mut pieces) = agreeing(mesh, edges)?;
+    pieces.sort_by_key(|members| std::cmp::Reverse(members.len()));
+    let mut view = Vector::zeros();
+    for (number, members) in pieces.iter().enumerate() {
+        if is_wrong(mesh, members, &turn, (either_way, &view)) {
+            members.iter().for_each(|&t| turn[t] = !turn[t]);
+        }
+        if number == 0 {
+            view = Some(mean_normal(mesh, members, &turn)).filter(|n| n.norm() > ONE_SIDED).unwrap_or(view);
+        }
+    }
+    Some(turn)
+}
+
+/// Which triangles must be turned so that each agrees with the first of its connected piece, and these pieces; none for a
+/// one-sided surface.
+fn agreeing(mesh: &Mesh, edges: &Edges) -> Option<(Vec<bool>, Vec<Vec<usize>>)> {
     let count = mesh.triangles.len();
-    let (mut turn, mut piece) = (vec![false; count], vec![usize::MAX; count]);
+    let (mut turn, mut is_known, mut pieces) = (vec![false; count], vec![false; count], Vec::new());
     for first in 0..count {
-        if piece[first] != usize::MAX {
+        if is_known[first] {
             continue;
         }
-        piece[first] = first;
+        is_known[first] = true;
         let (mut members, mut next) = (vec![first], 0);
         while let Some(&triangle) = members.get(next) {
             next += 1;
@@ -78,27 +102,45 @@ fn turned(mesh: &Mesh, edges: &Edges, either_way: bool) -> Option<Vec<bool>> {
                 }
                 let other = edge.sides[usize::from(edge.sides[0] as usize == side)] as usize / 3;
                 let wanted = turn[triangle] != same_way(mesh, edge.sides);
-                if piece[other] == usize::MAX {
-                    (piece[other], turn[other]) = (first, wanted);
+                if !is_known[other] {
+                    (is_known[other], turn[other]) = (true, wanted);
                     members.push(other);
                 } else if turn[other] != wanted {
                     return None;
                 }
             }
         }
-        let limit = largest(mesh, &members);
-        let vote = |turned: bool| -> f64 {
-            members.iter().filter(|&&t| turn[t] == turned).map(|&t| mesh.area_of(t).min(limit)).sum()
-        };
-        let [turned, kept] = [true, false].map(vote);
-        let open = either_way || turned.min(kept) >= FEWER * (turned + kept);
-        let out = || outwardness_of(members.iter().map(|&t| wound(mesh, t, turn[t])));
-        let told = if open { out().filter(|out| out.abs() > CLEARLY) } else { None };
-        if told.map_or(turned > kept, |out| out < 0.0) {
-            members.iter().for_each(|&t| turn[t] = !turn[t]);
-        }
+        pieces.push(members);
     }
-    Some(turn)
+    Some((turn, pieces))
+}
+
+/// Whether a piece that agrees faces the wrong way; `view` is the mean normal of the largest one, or zero.
+fn is_wrong(mesh: &Mesh, members: &[usize], turn: &[bool], (either_way, view): (bool, &Vector)) -> bool {
+    let limit = largest(mesh, members);
+    let vote = |turned: bool| -> f64 {
+        members.iter().filter(|&&t| turn[t] == turned).map(|&t| mesh.area_of(t).min(limit)).sum()
+    };
+    let [turned, kept] = [true, false].map(vote);
+    if !either_way && turned.min(kept) < FEWER * (turned + kept) {
+        return turned > kept;
+    }
+    let along = mean_normal(mesh, members, turn).dot(view);
+    if along.abs() > ALONG {
+        return along < 0.0;
+    }
+    let out = outwardness_of(members.iter().map(|&t| wound(mesh, t, turn[t])));
+    out.filter(|out| out.abs() > CLEARLY).map_or(turned > kept, |out| out < 0.0)
+}
+
+/// The mean normal of some triangles, weighted with their areas: 1 long if they are in a plane.
+fn mean_normal(mesh: &Mesh, members: &[usize], turn: &[bool]) -> Vector {
+    let normal = |&t: &usize| {
+        let [a, b, c] = wound(mesh, t, turn[t]);
+        (b - a).cross(&(c - a))
+    };
+    let sum: Vector = members.iter().map(normal).sum();
+    sum / members.iter().map(|t| normal(t).norm()).sum::<f64>().max(f64::MIN_POSITIVE)
 }
 
 /// The corners of a triangle, the other way round if it is turned.

@@ -259,7 +259,7 @@ fn judge(
         spread: fitted.posterior.as_ref().and_then(spread),
         expected,
         layers,
-        outgrowth: Outgrowth::of(merged, &fitted.global, placed, millimetre),
+        outgrowth: Outgrowth::of(merged, &fitted.global, placed, millimetre, model.header().shapes),
     }
     .judged(millimetre, unit::symbol(model.header().unit))
 }

@@ -11,9 +11,12 @@ use serde::Serialize;
 
 /// What lies farther outside the global fit than this stands out, class millimetres.
 const OUT: f64 = 5.0;
-/// Area of a patch that is nothing to talk about, square class millimetres: twenty whole faces 273 at most, their ears; nine
-/// bumps of 10 to 20 mm on cheeks 11 to 311 (five, partly left out as clutter) and 411 to 1192.
+/// Area of a patch that is nothing to talk about, square class millimetres: twenty whole faces 273 at most, their ears, with 30
+/// training shapes; nine bumps of 10 to 20 mm on cheeks 11 to 311 (five, partly left out as clutter) and 411 to 1192.
 const LITTLE: f64 = 320.0;
+/// Of a class that was learned from fewer shapes than this, more stands out of what it can take: two whole femurs 513 and 631,
+/// with 8 shapes.
+const MANY: f64 = 20.0;
 
 /// The largest patch that stands out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -22,12 +25,14 @@ pub struct Outgrowth {
     pub area: f64,
     /// How far at most, along the normal of the global fit.
     pub height: f64,
+    /// Largest area that is nothing to talk about.
+    pub little: f64,
 }
 
 impl Outgrowth {
-    /// What stands out of a completed mesh, in its unit. `global` is the global fit; `millimetre` is a class millimetre in
-    /// the mesh's unit.
-    pub fn of(merged: &Merged, global: &Dense, placed: &Placed, millimetre: f64) -> Self {
+    /// What stands out of a completed mesh, in its unit. `global` is the global fit of a class that was learned from `shapes`;
+    /// `millimetre` is a class millimetre in the mesh's unit.
+    pub fn of(merged: &Merged, global: &Dense, placed: &Placed, millimetre: f64, shapes: u32) -> Self {
         let scale = f64::from(placed.pose.scale);
         let height = |v: usize| {
             let (distance, gradient) = global.at(&placed.to_model(&merged.mesh.points[v]))?;
@@ -42,16 +47,18 @@ impl Outgrowth {
         let mut patches: Vec<Self> = Vec::new();
         for (t, patch) in components(&mesh).into_iter().enumerate() {
             patches.resize(patches.len().max(patch as usize + 1), Self::default());
-            let Self { area, height } = &mut patches[patch as usize];
+            let Self { area, height, .. } = &mut patches[patch as usize];
             *area += mesh.area_of(t);
             *height = mesh.triangles[t].iter().map(|&v| heights[v as usize]).fold(*height, f64::max);
         }
-        patches.into_iter().max_by(|a, b| a.area.total_cmp(&b.area)).unwrap_or_default()
+        let largest = patches.into_iter().max_by(|a, b| a.area.total_cmp(&b.area)).unwrap_or_default();
+        let little = LITTLE * millimetre * millimetre * f64::max(1.0, MANY / f64::from(shapes.max(1)));
+        Self { little, ..largest }
     }
 
-    /// Whether it is so much that the scan shows something that the class has not; `millimetre` is a class millimetre.
-    pub fn is_large(&self, millimetre: f64) -> bool {
-        self.area > LITTLE * millimetre * millimetre
+    /// Whether it is so much that the scan shows something that the class has not.
+    pub fn is_large(&self) -> bool {
+        self.area > self.little
     }
 }
 
@@ -72,9 +79,10 @@ mod tests {
         let mesh = ball(40, 10.0);
         let centre =
             mesh.points.iter().fold(Vector::zeros(), |sum, p| sum + p.coords) / mesh.points.len() as f64;
+        // A cap, and a smaller one opposite.
         let lifted = |p: &Point| {
             let away = (p.coords - centre).normalize();
-            middle + away * if away.z > 0.9 { 17.0 } else { 10.5 }
+            middle + away * if away.z > 0.9 || away.z < -0.93 { 17.0 } else { 10.5 }
         };
         let points: Vec<Point> = mesh.points.iter().map(lifted).collect();
         let count = points.len();
@@ -84,11 +92,14 @@ mod tests {
             ..Merged::default()
         };
         let placed = Placed { centre: Point::origin(), pose: Pose::IDENTITY };
-        let found = Outgrowth::of(&merged(MEASURED), &global, &placed, 1.0);
+        let of =
+            |label, millimetre, shapes| Outgrowth::of(&merged(label), &global, &placed, millimetre, shapes);
+        let found = of(MEASURED, 1.0, 30);
         let cap = std::f64::consts::TAU * 17.0 * 17.0 * 0.1;
         assert!((found.height - 7.0).abs() < 0.2, "{found:?}");
         assert!((0.6..1.2).contains(&(found.area / cap)), "{found:?} of {cap}");
-        assert!(!found.is_large(1.0) && found.is_large(0.3));
-        assert_eq!(Outgrowth::of(&merged(1 - MEASURED), &global, &placed, 1.0), Outgrowth::default());
+        let large = [(1.0, 30), (0.6, 30), (0.6, 8)].map(|(mm, shapes)| of(MEASURED, mm, shapes).is_large());
+        assert_eq!(large, [false, true, false], "of a class of few shapes more stands out");
+        assert_eq!(of(1 - MEASURED, 1.0, 30).area, 0.0);
     }
 }

@@ -195,9 +195,9 @@ impl Evidence {
             Grade::Check,
             format!("the fit misses the measured surface by {} {unit} rms", digits(self.seen_rms, 2)),
         );
-        let Outgrowth { area, height } = self.outgrowth;
+        let Outgrowth { area, height, .. } = self.outgrowth;
         findings.add(
-            self.outgrowth.is_large(millimetre),
+            self.outgrowth.is_large(),
             Grade::Check,
             format!(
                 "{} {unit}2 of the measured surface stand out of what the model makes of the scan, by {} {unit} at most: a \
@@ -283,9 +283,11 @@ mod tests {
         let layers = Evidence { layers: Some(1.5), ..typical() };
         assert_eq!(layers.clone().judged(1.0, "mm").grade, Grade::Check);
         assert_eq!(layers.judged(2.0, "mm").grade, Grade::Good, "a class twice as large");
-        let bump = Evidence { outgrowth: Outgrowth { area: 900.0, height: 9.0 }, ..typical() };
-        assert_eq!(bump.clone().judged(1.0, "mm").grade, Grade::Check);
-        assert_eq!(bump.judged(2.0, "mm").grade, Grade::Good, "a class twice as large");
+        let bump = |area| Evidence { outgrowth: Outgrowth { area, height: 9.0, little: 320.0 }, ..typical() };
+        assert_eq!(
+            [300.0, 900.0].map(|area| bump(area).judged(1.0, "mm").grade),
+            [Grade::Good, Grade::Check]
+        );
         let upside_down = Evidence { pose_inliers: [0.99, 0.98], ..typical() }.judged(1.0, "mm");
         assert_eq!((upside_down.grade, upside_down.reasons.len()), (Grade::Check, 1), "or not: a mug");
         let patch = |inferred_share, viewable_share| {
