@@ -119,15 +119,17 @@ fn too_few(different: usize, copies: usize) -> String {
 /// Finds a shape whose size is not that of the others.
 fn sizes(shapes: &[(usize, Mesh)], unit: Unit) -> Result<(), (usize, String)> {
     let lengths: Vec<f64> = shapes.iter().map(|(_, mesh)| size::of_mesh(mesh)).collect();
-    let mut ascending = lengths.clone();
+    odd_sizes(&lengths, unit).into_iter().next().map_or(Ok(()), |(odd, text)| Err((shapes[odd].0, text)))
+}
+
+/// Which of some lengths are not those of shapes of one class in one unit, and what is wrong about each.
+pub fn odd_sizes(lengths: &[f64], unit: Unit) -> Vec<(usize, String)> {
+    let mut ascending = lengths.to_vec();
     ascending.sort_unstable_by(f64::total_cmp);
     // One that is there: between two groups in different units nothing is.
-    let Some(&usual) = ascending.get(ascending.len() / 2) else { return Ok(()) };
-    let odd = lengths.into_iter().zip(shapes).find_map(|(length, (number, _))| {
-        let text = misfit(length, usual, unit)?;
-        Some((*number, text))
-    });
-    odd.map_or(Ok(()), Err)
+    let Some(&usual) = ascending.get(ascending.len() / 2) else { return vec![] };
+    let odd = |(number, &length): (usize, &f64)| Some((number, misfit(length, usual, unit)?));
+    lengths.iter().enumerate().filter_map(odd).collect()
 }
 
 /// What is wrong about a length among shapes of another one.

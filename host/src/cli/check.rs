@@ -1,6 +1,7 @@
 //! `lacuna check`.
 
 use super::{Common, Failure, inputs, say, shapes};
+use crate::check::training::odd_sizes;
 use crate::check::{self, Checked, Finding, Severity, alternatives};
 use crate::complete::clean::clean;
 use crate::complete::layers;
@@ -8,6 +9,7 @@ use crate::complete::noise::widest;
 use crate::complete::verdict::{self, Grade};
 use crate::io::{Loaded, depth};
 use crate::register;
+use crate::size;
 use crate::unit;
 use lacuna::Model;
 use lacuna::format::Unit;
@@ -43,6 +45,9 @@ struct Report {
     /// Share of the scan that the best pose explains.
     inlier_share: Option<f64>,
     findings: Vec<Finding>,
+    /// Its length, stray points aside.
+    #[serde(skip)]
+    length: f64,
 }
 
 impl Check {
@@ -50,8 +55,8 @@ impl Check {
     pub fn run(&self, common: &Common) -> Result<(), Failure> {
         let bytes = self.model.as_deref().map(|path| inputs::model_bytes(Some(path))).transpose()?;
         let model = bytes.as_deref().map(|bytes| inputs::model(bytes, self.model.as_deref())).transpose()?;
-        let files: Vec<PathBuf> = self.files.iter().flat_map(|file| listed(file)).collect();
-        let reports: Vec<Report> = files.iter().map(|file| self.report(file, model.as_ref())).collect();
+        let reports: Vec<Report> =
+            self.files.iter().flat_map(|file| self.reports(file, model.as_ref())).collect();
         // The reason of a single file is the program's own complaint.
         let with_reasons = reports.len() > 1;
         if common.json {
@@ -65,6 +70,22 @@ impl Check {
             [one] => Err(reason(one).into()),
             all => Err(format!("{refused} of {} files cannot be used", all.len()).into()),
         }
+    }
+
+    /// A file, or all of a folder and how they go together: without a model they are meant for one, perhaps.
+    fn reports(&self, path: &Path, model: Option<&Model<'_>>) -> Vec<Report> {
+        let mut reports: Vec<Report> = listed(path).iter().map(|file| self.report(file, model)).collect();
+        if model.is_some() {
+            return reports;
+        }
+        let usable: Vec<usize> = (0..reports.len()).filter(|&i| reports[i].usable).collect();
+        let lengths: Vec<f64> = usable.iter().map(|&i| reports[i].length).collect();
+        for (odd, text) in odd_sizes(&lengths, Unit::Millimetre) {
+            let text =
+                format!("to be trained on with the others of its folder it must be of their size: {text}");
+            reports[usable[odd]].findings.push(Finding { severity: Severity::Note, text });
+        }
+        reports
     }
 
     fn report(&self, file: &Path, model: Option<&Model<'_>>) -> Report {
@@ -98,6 +119,7 @@ impl Check {
             extent,
             inlier_share,
             findings: checked.findings,
+            length: size::of_mesh(&checked.mesh),
         }
     }
 

@@ -93,6 +93,8 @@ impl Candidate {
 /// The best model at one spacing.
 struct Search {
     settings: Settings,
+    /// Options that were asked for.
+    fixed: Vec<&'static str>,
     usual: Size,
     /// Largest voxel edge that is tried.
     coarsest: f64,
@@ -105,12 +107,18 @@ impl Search {
     /// From the usual spacing; `limit` is the largest a model can have.
     fn new(mut prepared: Prepared, settings: &Settings, limit: f64) -> Result<Self, Error> {
         let whole = Candidate::new(&prepared, &settings.limits)?;
+        let asked = [
+            ("--spacing", settings.spacing.is_some()),
+            ("--modes", settings.modes.is_some()),
+            ("--stride", settings.stride.is_some()),
+        ];
+        let fixed = asked.iter().filter(|(_, asked)| *asked).map(|(option, _)| *option).collect();
         // A stride that follows the spacing would jump to fewer voxels, and the fit would take more memory than before.
         let settings = Settings { stride: Some(prepared.stride()), ..settings.clone() };
         let usual = whole.size;
         let coarsest = limit.min(COARSEST * f64::from(usual.spacing));
         let best = most_modes(&mut prepared, whole, &settings)?;
-        Ok(Self { settings, usual, coarsest, prepared, best })
+        Ok(Self { settings, fixed, usual, coarsest, prepared, best })
     }
 
     /// The same at another spacing.
@@ -120,14 +128,14 @@ impl Search {
         spacing: f64,
         progress: &(dyn Fn(u64, u64) + Sync),
     ) -> Result<Self, Error> {
-        let Self { settings, usual, coarsest, prepared, best: _ } = self;
+        let Self { settings, fixed, usual, coarsest, prepared, best: _ } = self;
         // Two sets of volumes at a time would be twice the memory.
         drop(prepared);
         let coarser = Settings { spacing: Some(spacing), ..settings.clone() };
         let mut prepared = Prepared::new(shapes, &coarser, 0.0, progress)?;
         let whole = Candidate::new(&prepared, &settings.limits)?;
         let best = most_modes(&mut prepared, whole, &settings)?;
-        Ok(Self { settings, usual, coarsest, prepared, best })
+        Ok(Self { settings, fixed, usual, coarsest, prepared, best })
     }
 
     fn next_spacing(&self) -> Option<f64> {
@@ -135,9 +143,8 @@ impl Search {
     }
 
     fn made(self) -> Result<Made, Error> {
-        let Self { settings, usual, prepared, best, .. } = self;
+        let Self { settings, fixed, usual, prepared, best, .. } = self;
         if !best.fits() {
-            let fixed = [settings.spacing.is_some(), settings.modes.is_some()];
             let Candidate { footprint: smallest, size, .. } = best;
             return Err(Error::TooLarge { smallest, size, limits: settings.limits, fixed });
         }

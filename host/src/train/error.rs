@@ -71,7 +71,7 @@ pub enum Error {
     /// Nothing that is small enough for the device.
     #[error(
         "no model is small enough: with {} mode{} and voxels of {} it takes {}; allow more{}", size.modes,
-        if size.modes == 1 { "" } else { "s" }, size.spacing, beside(smallest, limits), advice(*fixed)
+        if size.modes == 1 { "" } else { "s" }, size.spacing, beside(smallest, limits), advice(fixed)
     )]
     TooLarge {
         /// What the smallest model takes.
@@ -80,8 +80,8 @@ pub enum Error {
         size: Size,
         /// What it may take.
         limits: Limits,
-        /// Whether spacing and modes were asked for.
-        fixed: [bool; 2],
+        /// The options that it could be made smaller without.
+        fixed: Vec<&'static str>,
     },
     /// A model that was made and that the core refuses.
     #[error("{}", sentence("the model", .0))]
@@ -101,12 +101,16 @@ fn beside(taken: &Footprint, limits: &Limits) -> String {
     flash.into_iter().chain(ram).collect::<Vec<_>>().join(" and ")
 }
 
-/// What can be done besides allowing more, where spacing and modes, if these, were asked for.
-const fn advice(fixed: [bool; 2]) -> &'static str {
-    match fixed {
-        [true, true] => ", or leave out --spacing and --modes",
-        [true, false] => ", or leave out --spacing",
-        [false, true] => ", or leave out --modes",
-        [false, false] => ", or cut the shapes to the part that matters",
+/// What can be done besides allowing more, where some options were asked for: with the spacing given, weight nodes farther apart
+/// make the fit's memory smaller.
+fn advice(fixed: &[&str]) -> String {
+    let wider = if fixed.contains(&"--spacing") && !fixed.contains(&"--stride") {
+        " ask for a wider --stride, or"
+    } else {
+        ""
+    };
+    match fixed.join(" and ").as_str() {
+        "" | "--stride" => ", or cut the shapes to the part that matters".into(),
+        options => format!(", or{wider} leave out {options}"),
     }
 }

@@ -31,6 +31,20 @@ fn all_meshes_of_a_folder_are_checked() {
 }
 
 #[test]
+fn a_mesh_of_a_folder_that_is_in_another_unit_is_told() {
+    let folder = tempdir().unwrap();
+    succeeds(folder.path(), &["synth", "heads", "heads", "--count", "2"]);
+    let mut metres = Head::sample(1, 5).mesh();
+    metres.points.iter_mut().for_each(|p| *p /= 1000.0);
+    write_ply(&folder.path().join("heads/head_005.ply"), &PlyOut::new(&metres)).unwrap();
+    let told = |said: &str| said.matches("another unit than the others (0.00").count();
+    let (said, _, code) = check(folder.path(), &["heads"]);
+    assert_eq!((told(&said), code), (1, Some(0)), "{said}");
+    let singly = ["heads/head_000.ply", "heads/head_001.ply", "heads/head_005.ply"];
+    assert_eq!(told(&check(folder.path(), &singly).0), 0, "files need not be one set");
+}
+
+#[test]
 fn a_folder_without_a_mesh_says_so() {
     let folder = tempdir().unwrap();
     std::fs::create_dir(folder.path().join("empty")).unwrap();

@@ -73,7 +73,14 @@ fn what_nothing_fits_into_is_refused_with_the_smallest_model_there_is() {
     let spaced = ["--spacing", "12", "--ram", "1K"];
     let cases: [(&[&str], [&str; 3]); 3] = [
         (&["--flash", "3K"], ["with 1 mode and", "bytes of flash (--flash 3072)", "allow more"]),
-        (&spaced, ["voxels of 12 ", "bytes of RAM (--ram 1024)", "leave out --spacing"]),
+        (
+            &spaced,
+            [
+                "voxels of 12 ",
+                "bytes of RAM (--ram 1024)",
+                "ask for a wider --stride, or leave out --spacing",
+            ],
+        ),
         (&["--modes", "2", "--flash", "3K"], ["with 2 modes", "--flash 3072", "leave out --modes"]),
     ];
     for (more, words) in cases {
