@@ -5,7 +5,7 @@ use super::{Failure, bar};
 use crate::check::training;
 use crate::io::{self, Loaded, limit};
 use crate::mesh::Mesh;
-use crate::train::align::{self, Align, Aligned, Way};
+use crate::train::align::{self, Align, Aligned, Stranger, Way};
 use crate::train::{self, grid};
 use crate::unit;
 use lacuna::format::Unit;
@@ -95,35 +95,37 @@ pub(super) fn named(paths: &[PathBuf], number: usize, error: &dyn std::error::Er
     format!("{}: {error}", name(paths, number)).into()
 }
 
-fn name(paths: &[PathBuf], number: usize) -> String {
+/// The name of a shape's file.
+pub(super) fn name(paths: &[PathBuf], number: usize) -> String {
     paths.get(number).map_or("?".into(), |path| path.display().to_string())
 }
 
 /// What is to be said about how the shapes lie.
-pub(super) fn lay(way: Way, meshes: &[Mesh], paths: &[PathBuf], unit: Unit) -> Result<Vec<String>, Failure> {
-    match way {
-        // In one pose already they lie together.
-        Way::Drawn(_) => Ok(vec![]),
-        Way::Kept(far) => Ok(vec![format!(
+pub(super) fn lay(aligned: &Aligned, paths: &[PathBuf], unit: Unit) -> Vec<String> {
+    let kept = match aligned.way {
+        Way::Kept(far) => Some(format!(
             "the shapes lie in one pose and were left as they lie: drawn to their mean, by {}, they would lie farther apart; \
              --align always searches for their poses",
             Scatter::from(far).sentence(unit::symbol(unit))
-        )]),
-        Way::Left | Way::Searched => strangers(meshes, paths),
-    }
+        )),
+        Way::Drawn(_) | Way::Left | Way::Searched => None,
+    };
+    kept.into_iter().chain(aligned.strangers.iter().map(|one| stranger(one, aligned.way, paths))).collect()
 }
 
-/// A sentence for every shape that does not lie where the first one does, although they are trained on together.
-fn strangers(meshes: &[Mesh], paths: &[PathBuf]) -> Result<Vec<String>, Failure> {
-    let tell = |(number, overlap): (usize, f64)| {
-        let name = name(paths, number);
-        format!(
-            "{name}: only {:.0} % of it and the first shape lie together: is it of the same class, and in one pose \
-             (--align)?",
-            100.0 * overlap
-        )
+/// A sentence about a shape that does not lie where most do, although they are trained on together.
+fn stranger(stranger: &Stranger, way: Way, paths: &[PathBuf]) -> String {
+    let advice = if way == Way::Searched {
+        "is it of the same class? If not, leave it out; if it is, bring all into one pose and give --align never"
+    } else {
+        "is it of the same class, and in one pose (--align)?"
     };
-    Ok(align::elsewhere(meshes)?.into_iter().map(tell).collect())
+    format!(
+        "{}: only {:.0} % of it and {} lie together, as most others do: {advice}",
+        name(paths, stranger.number),
+        100.0 * stranger.overlap,
+        name(paths, stranger.pattern),
+    )
 }
 
 fn read(inputs: &[PathBuf]) -> Result<(Vec<PathBuf>, Vec<Loaded>), Failure> {

@@ -102,9 +102,9 @@ impl Evaluate {
         let targets = shapes::targets(&self.targets, &shapes.meshes, self.unit)?;
         let mut notes: Vec<String> = shapes.notes.iter().chain(&targets.notes).cloned().collect();
         let counts = self.counts(shapes.meshes.len())?;
-        let Aligned { shapes: aligned, way, .. } =
-            shapes::aligned(&shapes.meshes, &shapes.paths, (self.align_mode(), self.seed))?;
-        notes.extend(shapes::lay(way, &aligned, &shapes.paths, self.unit)?);
+        let aligned = shapes::aligned(&shapes.meshes, &shapes.paths, (self.align_mode(), self.seed))?;
+        notes.extend(shapes::lay(&aligned, &shapes.paths, self.unit));
+        let Aligned { shapes: aligned, .. } = aligned;
         let limit = MISSED * class::millimetre(&aligned);
         let mut evaluation = Evaluation::new(aligned, named(targets)?);
         if self.ablation {
