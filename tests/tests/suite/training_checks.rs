@@ -102,3 +102,20 @@ fn a_stranger_among_the_shapes_is_told() {
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success() && said.contains("target plate: the local model misses it"), "{said}");
 }
+
+/// Wherever it stands: where the first shape is the stranger, the others are not told.
+#[test]
+fn a_stranger_before_the_shapes_is_told_and_they_are_not() {
+    let folder = folder();
+    let here = folder.path();
+    let mut plate = read(&here.join("heads/head_001.ply")).unwrap();
+    plate.points.iter_mut().for_each(|p| p.y *= 0.02);
+    write_ply(&here.join("a_plate.ply"), &PlyOut::new(&plate)).unwrap();
+    let heads = ["heads/head_000.ply", "heads/head_001.ply", "heads/head_002.ply"];
+    let given = ["train", "a_plate.ply", heads[0], heads[1], heads[2], "-o", "m.lacuna"];
+    let output =
+        lacuna(here, &[&given[..], &["--align", "never", "--spacing", "12", "--no-calibration"]].concat());
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success() && said.contains("a_plate.ply: only"), "{said}");
+    assert!(heads.iter().all(|head| !said.contains(&format!("{head}: only"))), "{said}");
+}
