@@ -231,7 +231,7 @@ fn grown(model: &Model<'_>) -> Option<String> {
 }
 
 /// First modes, in terms of the shapes' length, that nothing is said of. Bottles are at 0.02, faces, feet, vertebrae and ears at
-/// 0.04 or less, mugs at 0.05 where some handles lie opposite the others'; a mug or a bottle among feet is at 0.16, two
+/// 0.04 or less, mugs at 0.05; a mug or a bottle among feet is at 0.16, two
 /// bottles, one half as slender again as the other, are at 0.12.
 const USUAL_MODE: f64 = 0.08;
 
