@@ -6,8 +6,10 @@
 //! of the modes would be spent on how they lie, which the pose of a scan says anyway (30 faces lay 1.1 degrees and 1.7 mm
 //! about each axis and 4.9 % of size apart: three stitched scans were completed to 1.35 instead of 1.75 mm).
 
-use super::generalised::{Shape, settle, towards_mean};
+use super::generalised::towards_mean;
 use super::jitter::{Apart, apart, keep_frame};
+use super::mean_shape::Shape;
+use super::settle::settle;
 use crate::check::encloses;
 use crate::check::inwards::outwardness;
 use crate::distance::Surface;

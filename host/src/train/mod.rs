@@ -14,12 +14,14 @@ pub mod held_out;
 pub mod jitter;
 pub mod leave_one_out;
 pub mod line_of_sight;
+mod mean_shape;
 pub mod model_file;
 pub mod pca;
 mod plan;
 pub mod prepared;
 pub mod propagate;
 mod settings;
+mod settle;
 pub mod symmetry;
 pub mod views;
 
