@@ -79,14 +79,6 @@ impl Scored {
     fn likelihood(&self) -> f64 {
         self.explained * self.precision().powi(3)
     }
-
-    /// What it explains in terms of what `best` does; of a scene's things, at most how likely it is in terms of how likely `best`
-    /// is.
-    fn in_terms_of(&self, best: &Self) -> f64 {
-        let ratio = |of: fn(&Self) -> f64| of(self) / of(best).max(f64::MIN_POSITIVE);
-        let explained = ratio(|pose| pose.explained);
-        if best.is_one_of_several_things() { explained.min(ratio(Self::likelihood)) } else { explained }
-    }
 }
 
 /// An order of poses, best first.
@@ -130,12 +122,12 @@ pub fn sure<'s>(field: &Field, best: &Scored, others: impl IntoIterator<Item = &
         || next_best(field, best, others) <= SURE_RIVAL * best.inliers
 }
 
-/// What the best of `others` that is another pose than `best` explains, as a share of inliers at the scale of `best`, or less
-/// where it is a less likely thing of a scene; 0 without any.
+/// What the best of `others` that is another pose than `best` explains, as a share of inliers at the scale of `best`: more than
+/// that where it is a larger, less likely thing of a scene; 0 without any.
 pub fn next_best<'s>(field: &Field, best: &Scored, others: impl IntoIterator<Item = &'s Scored>) -> f64 {
     let others = others.into_iter().filter(|other| apart(field, &best.pose, &other.pose));
-    let share = |other: &Scored| other.in_terms_of(best) * best.inliers;
-    others.map(share).fold(0.0, f64::max)
+    let explained = best.explained.max(f64::MIN_POSITIVE);
+    others.map(|other| other.explained / explained * best.inliers).fold(0.0, f64::max)
 }
 
 /// The poses, best first, with the likeliest of a scene's things in front: the same where the best explains half of the
@@ -287,10 +279,8 @@ mod tests {
             [0.0, 90.0],
             "nothing misleads it"
         );
-        let share = |best: &Scored, other: &Scored| next_best(&field, best, [other]) / best.inliers;
-        let expected = (0.25f64 / 0.17).powi(4) * (0.21f64 / 0.6).powi(3);
-        assert!((share(&face, &shoulders) - expected).abs() < 1e-9);
-        assert!((share(&shoulders, &face) - 0.17 / 0.25).abs() < 1e-9, "likelier, and explains less");
+        let share = next_best(&field, &face, [&shoulders]) / face.inliers;
+        assert!((share - 0.25 / 0.17).abs() < 1e-9, "they explain more: it is not without a rival");
     }
 
     #[test]
