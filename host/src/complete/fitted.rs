@@ -6,6 +6,7 @@ use super::dense::Dense;
 use super::extrapolate::extrapolated;
 use super::merge::Merged;
 use super::start::Start;
+use super::support::Support;
 use super::{diffusion, level};
 use crate::distance::Surface;
 use crate::fit::Fit;
@@ -63,9 +64,9 @@ impl<'m> Fitted<'m> {
         Placed { centre: Point::origin(), ..self.placed }
     }
 
-    /// The local fit's distances: without what did not settle, with the volume to be expected where nobody looked, and the
-    /// scan's own beyond what the model stores.
-    pub fn drawn_to(&self, model: &Model<'_>, scan: &Surface) -> Dense {
+    /// The local fit's distances: without what did not settle, with the volume to be expected where nobody looked, no
+    /// farther from the fits than these support, and the scan's own beyond what the model stores.
+    pub fn drawn_to(&self, model: &Model<'_>, scan: &Surface, support: &Support) -> Dense {
         let (mut drawn, centred) = (self.local.clone(), self.centred());
         let behind = self.behind(model);
         let voxels = self.points.points.iter().map(|p| centred.to_model(p));
@@ -78,6 +79,8 @@ impl<'m> Fitted<'m> {
         if let Some(posterior) = &self.posterior {
             let deviations = level::deviations(&drawn, posterior);
             level::level(&mut drawn, &deviations, &measured);
+            let millimetre = f64::from(model.header().scales.millimetre);
+            support.limit(&mut drawn, &deviations, &measured, &self.placed, millimetre);
         }
         drawn.extend(model, scan, &self.placed, &voxels);
         drawn

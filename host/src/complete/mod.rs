@@ -24,6 +24,7 @@ pub mod pieces;
 mod places;
 pub mod prepared;
 pub mod start;
+pub mod support;
 pub mod unfold;
 pub mod unsettled;
 pub mod verdict;
@@ -49,6 +50,7 @@ use outgrowth::Outgrowth;
 pub use prepared::prepare;
 use prepared::{Prepared, prepare_by};
 pub use start::{GivenPose, Start, start};
+use support::Support;
 use verdict::{Evidence, Verdict, weight_norm};
 
 /// What a user can choose.
@@ -180,7 +182,8 @@ pub fn complete_by(
     let ((measured, layers), fitted) = rayon::join(looked, || fitted(model, &start, fit));
     let (measured, (fit, fitted, [global, local])) = (measured?, fitted?);
     let placed = fitted.placed;
-    let drawn = fitted.drawn_to(model, &measured.surface);
+    let support = Support::of([&global, &local]);
+    let drawn = fitted.drawn_to(model, &measured.surface, &support);
     let whole = fair(&drawn.surface(&placed, options.finer), FAIRING);
     if whole.triangles.is_empty() {
         return Err(Error::NoSurface(
