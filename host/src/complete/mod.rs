@@ -200,7 +200,7 @@ pub fn complete_by(
     let expected_shares = shares(&expected.errors, &|v| merged.labels[v] == MEASURED);
     let [_, inferred] = expected_shares;
     let vague = inferred.filter(|_| expected.calibrated).map(|inferred| inferred.median);
-    let verdict = judge(model, &start, &fitted, &fit, &merged, vague, layers);
+    let verdict = judge(model, &start, &fitted, &fit, (&merged, &support), vague, layers);
     Ok(Completion {
         scan,
         measured,
@@ -237,7 +237,7 @@ fn judge(
     start: &Start,
     fitted: &Fitted<'_>,
     fit: &Fit,
-    merged: &Merged,
+    (merged, support): (&Merged, &Support),
     expected: Option<f64>,
     layers: Option<f64>,
 ) -> Verdict {
@@ -263,6 +263,7 @@ fn judge(
         expected,
         layers,
         outgrowth: Outgrowth::of(merged, &fitted.global, placed, millimetre, model.header().shapes),
+        invented: Outgrowth::invented(merged, support, millimetre),
     }
     .judged(millimetre, unit::symbol(model.header().unit))
 }

@@ -69,6 +69,8 @@ pub struct Evidence {
     pub layers: Option<f64>,
     /// What of the measured surface stands out of the shapes that the class can take.
     pub outgrowth: Outgrowth,
+    /// What of the inferred surface stands out of both fits.
+    pub invented: Outgrowth,
 }
 
 /// Root mean square weight, standard deviations, from which a shape is unusual: below 1.8 in the right poses of 125 scenes of
@@ -234,6 +236,16 @@ impl Evidence {
                 digits(loose * millimetre, 1)
             ),
         );
+        let Outgrowth { area, height, .. } = self.invented;
+        findings.add(
+            self.invented.is_large(),
+            Grade::Check,
+            format!(
+                "{} {unit}2 of the inferred surface are in neither the global nor the local fit, {} {unit} from them at most",
+                digits(area, 0),
+                digits(height, 1)
+            ),
+        );
         let vague = self.expected.unwrap_or(0.0);
         findings.add(
             vague > VAGUEST * millimetre,
@@ -268,6 +280,7 @@ mod tests {
             expected: Some(2.5),
             layers: None,
             outgrowth: Outgrowth::default(),
+            invented: Outgrowth::default(),
         }
     }
 
@@ -283,11 +296,14 @@ mod tests {
         let layers = Evidence { layers: Some(1.5), ..typical() };
         assert_eq!(layers.clone().judged(1.0, "mm").grade, Grade::Check);
         assert_eq!(layers.judged(2.0, "mm").grade, Grade::Good, "a class twice as large");
-        let bump = |area| Evidence { outgrowth: Outgrowth { area, height: 9.0, little: 320.0 }, ..typical() };
+        let patch_of = |area, height| Outgrowth { area, height, little: 320.0 };
+        let bump = |area| Evidence { outgrowth: patch_of(area, 9.0), ..typical() };
         assert_eq!(
             [300.0, 900.0].map(|area| bump(area).judged(1.0, "mm").grade),
             [Grade::Good, Grade::Check]
         );
+        let rod = Evidence { invented: patch_of(900.0, 20.0), ..typical() }.judged(1.0, "mm");
+        assert_eq!((rod.grade, rod.reasons.len()), (Grade::Check, 1));
         let upside_down = Evidence { pose_inliers: [0.99, 0.98], ..typical() }.judged(1.0, "mm");
         assert_eq!((upside_down.grade, upside_down.reasons.len()), (Grade::Check, 1), "or not: a mug");
         let patch = |inferred_share, viewable_share| {
