@@ -253,14 +253,27 @@ fn edges(pieces: &[Vec<u32>], normals: &[Vector]) -> Vec<(u64, u32, u32)> {
 fn turn_outwards(places: &[Point], roots: &[usize], normals: &mut [Vector]) {
     let pieces = census(places, roots, normals);
     let largest = pieces.iter().max_by(|a, b| a.count.total_cmp(&b.count)).cloned().unwrap_or_default();
-    let view =
-        if largest.mean().norm() > ONE_SIDED { largest.mean() * largest.sign() } else { Vector::zeros() };
-    let sign = |piece: &Piece| {
-        let towards_view = piece.mean().dot(&view);
-        if towards_view.abs() > CLEARLY { towards_view.signum() } else { piece.sign() }
-    };
+    let view = View::of(largest.mean() * largest.sign());
+    let sign = |piece: &Piece| view.side_of(&piece.mean()).unwrap_or_else(|| piece.sign());
     let signs: Vec<f64> = pieces.iter().map(sign).collect();
     normals.iter_mut().zip(roots).for_each(|(normal, &root)| *normal *= signs[root]);
+}
+
+/// From where a scan was seen, as far as the largest of its pieces tells: the smaller ones face the same side.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct View(Vector);
+
+impl View {
+    /// By the mean normal of the largest piece: nothing unless it is seen from one side.
+    pub fn of(mean: Vector) -> Self {
+        if mean.norm() > ONE_SIDED { Self(mean) } else { Self::default() }
+    }
+
+    /// Whether a piece with this mean normal faces the view, 1, or away from it, -1; none where that is not clear.
+    pub fn side_of(self, mean: &Vector) -> Option<f64> {
+        let towards = mean.dot(&self.0);
+        (towards.abs() > CLEARLY).then(|| towards.signum())
+    }
 }
 
 /// What is counted over a connected piece of surface.

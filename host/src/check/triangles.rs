@@ -65,9 +65,8 @@ pub(super) fn check(checked: &mut Checked, flat: Flat) -> bool {
 fn join_sides(checked: &mut Checked) {
     let different =
         |triangles: &[[u32; 3]]| triangles.iter().map(|c| sorted(*c).0).collect::<FxHashSet<_>>().len();
-    let before = different(&checked.mesh.triangles);
     let is_double = |mesh: &Mesh| {
-        let left = different(&mesh.triangles);
+        let [before, left] = [&checked.mesh, mesh].map(|mesh| different(&mesh.triangles));
         (before - left) as f64 >= BOTH * left as f64
     };
     if let Some(mesh) = joined(&checked.mesh).filter(is_double) {

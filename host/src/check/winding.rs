@@ -3,6 +3,7 @@
 use super::inwards::outwardness_of;
 use super::{Checked, counted};
 use crate::mesh::{Mesh, Point, Vector};
+use crate::normals::View;
 use crate::surface::Edges;
 
 /// Turns the smaller side of contradicting winding round, and closed surfaces that face inwards; `edges` are those
@@ -56,13 +57,9 @@ fn same_way(mesh: &Mesh, sides: [u32; 2]) -> bool {
 
 /// A side of less than this share of a piece's area is the wrong one; of more, the form must tell,
 const FEWER: f64 = 0.4;
-/// if it bulges this clearly to one side: scans of one view are at -0.08 to 0.46, those of faces from 0.25 on. Their small
-/// pieces are at -0.4 to 0.6,
+/// if it bulges this clearly to one side: scans of one view are at -0.08 to 0.46, those of faces from 0.25 on. (Their small
+/// pieces are at -0.4 to 0.6, but face as the largest one does, if that is seen from one side.)
 const CLEARLY: f64 = 0.15;
-/// but face as the largest one does, if that is seen from one side: a mean normal longer than this (a hemisphere has 1/2).
-const ONE_SIDED: f64 = 0.65;
-/// A piece with less of its mean normal along that of the largest decides by itself.
-const ALONG: f64 = 0.2;
 
 /// Which triangles must be turned so that all neighbours agree; none for a one-sided surface. In every piece the
 /// side with the larger area stays, huge triangles counted as large ones; of sides of about the same area, and of those that
@@ -70,13 +67,13 @@ const ALONG: f64 = 0.2;
 fn turned(mesh: &Mesh, edges: &Edges, either_way: bool) -> Option<Vec<bool>> {
     let (mut turn, mut pieces) = agreeing(mesh, edges)?;
     pieces.sort_by_key(|members| std::cmp::Reverse(members.len()));
-    let mut view = Vector::zeros();
+    let mut view = View::default();
     for (number, members) in pieces.iter().enumerate() {
-        if is_wrong(mesh, members, &turn, (either_way, &view)) {
+        if is_wrong(mesh, members, &turn, (either_way, view)) {
             members.iter().for_each(|&t| turn[t] = !turn[t]);
         }
         if number == 0 {
-            view = Some(mean_normal(mesh, members, &turn)).filter(|n| n.norm() > ONE_SIDED).unwrap_or(view);
+            view = View::of(mean_normal(mesh, members, &turn));
         }
     }
     Some(turn)
@@ -115,8 +112,8 @@ fn agreeing(mesh: &Mesh, edges: &Edges) -> Option<(Vec<bool>, Vec<Vec<usize>>)> 
     Some((turn, pieces))
 }
 
-/// Whether a piece that agrees faces the wrong way; `view` is the mean normal of the largest one, or zero.
-fn is_wrong(mesh: &Mesh, members: &[usize], turn: &[bool], (either_way, view): (bool, &Vector)) -> bool {
+/// Whether a piece that agrees faces the wrong way; `view` is that of the largest one, if it was looked at already.
+fn is_wrong(mesh: &Mesh, members: &[usize], turn: &[bool], (either_way, view): (bool, View)) -> bool {
     let limit = largest(mesh, members);
     let vote = |turned: bool| -> f64 {
         members.iter().filter(|&&t| turn[t] == turned).map(|&t| mesh.area_of(t).min(limit)).sum()
@@ -125,9 +122,8 @@ fn is_wrong(mesh: &Mesh, members: &[usize], turn: &[bool], (either_way, view): (
     if !either_way && turned.min(kept) < FEWER * (turned + kept) {
         return turned > kept;
     }
-    let along = mean_normal(mesh, members, turn).dot(view);
-    if along.abs() > ALONG {
-        return along < 0.0;
+    if let Some(side) = view.side_of(&mean_normal(mesh, members, turn)) {
+        return side < 0.0;
     }
     let out = outwardness_of(members.iter().map(|&t| wound(mesh, t, turn[t])));
     out.filter(|out| out.abs() > CLEARLY).map_or(turned > kept, |out| out < 0.0)

@@ -241,7 +241,8 @@ impl Evidence {
             self.invented.is_large(),
             Grade::Check,
             format!(
-                "{} {unit}2 of the inferred surface are in neither the global nor the local fit, {} {unit} from them at most",
+                "{} {unit}2 of the inferred surface are in neither the global nor the local fit, {} {unit} from them at most: \
+                 look at them in the picture, or scan that side, too",
                 digits(area, 0),
                 digits(height, 1)
             ),

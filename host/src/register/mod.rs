@@ -4,7 +4,7 @@
 //! the core's joint estimate of pose and shape ([`joint`]), and the one that explains most of the scan wins ([`rank`]). A search
 //! whose winner does not convince draws more pairs. Among clutter, each of the best is refined again without what lies beside
 //! the shape ([`trim`]), other sizes are tried ([`resize`]), and while what was found is not sure, other pairs are drawn. Of a
-//! scene of several things, what lies beside the best is searched, too, and the likeliest thing wins.
+//! scene of several things, what lies beside the best is searched, too, and the likeliest thing wins ([`scene`]).
 
 pub mod field;
 pub mod joint;
@@ -15,6 +15,7 @@ pub mod planes;
 pub mod probe;
 pub mod rank;
 pub mod resize;
+pub mod scene;
 pub mod search;
 pub mod trim;
 pub mod umeyama;
@@ -25,18 +26,15 @@ use crate::sentence::sentence;
 use crate::size;
 use crate::unit;
 use field::Field;
-use joint::{refine, refined};
+use joint::refine;
 use lacuna::format::Unit;
 use lacuna::pose_fit::{Hint, Round};
 use lacuna::{Model, sample};
 pub use placed::Placed;
 use planes::without_planes;
-use rank::{Scored, among_clutter, convincing, finals, hopeless, likeliest, next_best, ranked, sure};
-use rayon::prelude::*;
-use resize::resized;
-use search::{Effort, Search};
-use std::ops::Range;
-use trim::{beside, settled_alone};
+use rank::{Scored, among_clutter, hopeless, next_best, ranked, sure};
+use scene::Scene;
+use trim::settled_alone;
 
 /// Fewest points that a pose is found for.
 pub const FEWEST_POINTS: usize = 60;
@@ -182,20 +180,10 @@ pub fn centred(points: &OrientedPoints) -> (Point, OrientedPoints) {
     (centre, points)
 }
 
-/// Efforts of the first turn of the search, and of the others.
-const EFFORTS: [Effort; 2] =
-    [Effort { draws: 300, kept: 24, candidates: 8 }, Effort { draws: 1500, kept: 64, candidates: 24 }];
 /// Turns of a glance: one more than the first if that does not convince.
 const GLANCE: u64 = 2;
 /// Turns of a search, at most: some more, each with pairs of its own, while what was found is not sure.
 const TURNS: u64 = 5;
-/// Candidates that are refined with many points, for what is best with few need not be with many; and the next best.
-const FINALS: usize = 3;
-/// As many of them in all, where several poses explain nearly as much.
-const MOST_FINALS: usize = 8;
-
-/// Things beside the best of a scene that are searched for.
-const THINGS: usize = 2;
 
 /// Finds the pose of a scan.
 ///
@@ -239,60 +227,6 @@ fn register_within(model: &Model<'_>, scan: &Mesh, seed: u64, turns: u64) -> Res
     };
     let runner_up = next_best(&field, best, others.iter().chain(&rest)).min(best.inliers);
     Ok(foreground.registration(model, best.clone(), runner_up))
-}
-
-/// What is searched through.
-struct Scene<'a> {
-    model: &'a Model<'a>,
-    field: &'a Field,
-    /// All of the foreground.
-    points: &'a OrientedPoints,
-    seed: u64,
-}
-
-impl Scene<'_> {
-    /// A search for some of the scene's points.
-    fn search<'s>(&'s self, among: &'s OrientedPoints) -> Search<'s> {
-        Search::new(self.field, among, 1.0 / f64::from(self.model.header().spacing), self.seed)
-    }
-
-    /// The poses that turns of a search find among some of the points, best first, and those that were not worth many points.
-    fn searched(&self, among: &OrientedPoints, search: &Search<'_>, turns: Range<u64>) -> [Vec<Scored>; 2] {
-        let Self { model, field, points, .. } = *self;
-        let mut found: Vec<Scored> = Vec::new();
-        for turn in turns {
-            let candidates = search.candidates(turn, EFFORTS[usize::from(turn > 0)]);
-            found.extend(refined(model, field, among, &candidates));
-            found = ranked(found);
-            if convincing(field, &found) {
-                break;
-            }
-        }
-        let [finals, rest] = finals(field, found, FINALS, MOST_FINALS);
-        // One that drifts off the model on the way leaves the others.
-        let settled = |other: &Scored| settled_alone(model, field, points, other.pose).ok();
-        let finals = ranked(finals.par_iter().filter_map(settled).collect());
-        [resized(model, field, points, finals), rest]
-    }
-
-    /// The poses, the likeliest thing's in front, with those of the things beside the best: hardly a pair is drawn on a face
-    /// where shoulders are most of the scan.
-    fn with_other_things(&self, mut poses: Vec<Scored>) -> Vec<Scored> {
-        let misled = |best: &&Scored| best.is_one_of_several_things() && !hopeless(best);
-        let Some(mut thing) = poses.first().filter(misled).cloned() else { return poses };
-        let mut others = self.points.clone();
-        for _ in 0..THINGS {
-            others = others.chosen(&beside(self.model, &others, &thing));
-            if others.points.len() < FEWEST_POINTS {
-                break;
-            }
-            let [more, _] = self.searched(&others, &self.search(&others), 0..GLANCE);
-            let Some(best) = more.first().cloned() else { break };
-            thing = best;
-            poses.extend(more);
-        }
-        likeliest(self.field, ranked(poses))
-    }
 }
 
 /// Seed of the points tried as planes where nothing is searched for.

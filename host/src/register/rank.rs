@@ -74,7 +74,7 @@ impl Scored {
 
     /// How likely this thing of a scene is one of the class, in comparison with another: large and smooth things, as shoulders,
     /// explain more of a scan in their place than a face does, but less of what lies there. Nine scenes of a face on smooth
-    /// shoulders: a precision of 0.72 to 0.79 in the right pose, 0.39 to 0.61 in the others, which explain up to 1.9 times as
+    /// shoulders: a precision of 0.71 to 0.79 in the right pose, 0.39 to 0.66 in the others, which explain up to 1.9 times as
     /// much.
     fn likelihood(&self) -> f64 {
         self.explained * self.precision().powi(3)

@@ -143,7 +143,7 @@ const OUTWARDS: f64 = 0.5;
 /// Aligns shapes of one class: to about the frame of the first, or, if they are in one pose, in their own frame.
 ///
 /// # Errors
-/// A shape without area, or unlike the first one.
+/// A shape without area, unlike the others, or inside out.
 pub fn align(
     shapes: &[Mesh],
     mode: Align,

@@ -31,6 +31,7 @@ pub const TOGETHER: f64 = 16.0;
 /// A shape of which this much less lies together with the mean than before has run away from it. Faces lose 0.02 at most,
 /// femurs nothing; of bottles one lost 0.55, of two of them either lost 0.17, mugs lost 0.1 to 0.45.
 const WORSE: f64 = 0.05;
+
 /// Moves the shapes to their mean: `motions` take them to a common frame, roughly before and well afterwards.
 pub fn towards_mean(shapes: &[Shape], motions: &mut [Similarity3<f64>]) {
     for gate in GATES {
