@@ -200,8 +200,9 @@ impl<'a> ExpectedError<'a> {
 
     fn line(&self, symbol: &str) -> String {
         let part = |share: Option<Share>| {
-            share.map_or("-".into(), |s| {
-                format!("{} {symbol} (95 % under {})", digits(s.median, 2), digits(s.p95, 2))
+            share.map_or("-".into(), |s| match [s.median, s.p95].map(|error| digits(error, 2)) {
+                [median, most] if median == most => format!("{median} {symbol} nearly everywhere"),
+                [median, most] => format!("{median} {symbol} (95 % under {most})"),
             })
         };
         let guess = if self.calibrated { "" } else { "; a guess, the model is not calibrated" };

@@ -34,11 +34,11 @@ pub struct Train {
     /// Most modes to keep [default: one less than the shapes]
     #[arg(long, value_parser = clap::value_parser!(u8).range(1..=i64::from(MAX_MODES)))]
     modes: Option<u8>,
-    /// Largest model file: bytes, or with K, M or G; unless they are given, spacing and modes are chosen for it
+    /// Largest model file: bytes, or with K, M or G (1.5M); unless they are given, spacing and modes are chosen for it
     #[arg(long, value_name = "BYTES", value_parser = io::limit::parse)]
     flash: Option<u64>,
-    /// Largest memory of the fit: bytes, or with K, M or G, chosen for likewise; the scan's points, 12 bytes each, come
-    /// on top
+    /// Largest memory of the fit without momentum: bytes, or with K, M or G, chosen for likewise; the scan's points, 12 bytes
+    /// each, come on top
     #[arg(long, value_name = "BYTES", value_parser = io::limit::parse)]
     ram: Option<u64>,
     /// Voxels between the nodes of the weight field, 1 to 4 [default: about 10 mm of a face]
@@ -63,13 +63,13 @@ pub struct Train {
     #[arg(long, default_value = "exact", value_parser = distances)]
     distances: crate::train::Distances,
     /// Complete every shape by the model of the others, from partial scans of it in a pose that is known roughly, and show how
-    /// far off its unseen part comes out
+    /// far off its unseen part comes out; the expected errors are calibrated by these completions
     #[arg(long)]
     leave_one_out: bool,
     /// Leave out several shapes at a time, so that only this many other models are trained
     #[arg(long, value_name = "N", requires = "leave_one_out", value_parser = clap::value_parser!(u16).range(2..))]
     folds: Option<u16>,
-    /// Hold back no shapes to calibrate the expected errors of completed surfaces: faster
+    /// Hold back no shapes to calibrate the expected errors of completed surfaces: faster, and not with --leave-one-out
     #[arg(long, conflicts_with_all = ["leave_one_out", "folds"])]
     no_calibration: bool,
 }

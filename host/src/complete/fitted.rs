@@ -173,3 +173,35 @@ fn without_clutter(model: &Model<'_>, start: &Start, fit: &Fit) -> OrientedPoint
     let kept: Vec<usize> = (0..start.thinned.points.points.len()).filter(kept).collect();
     start.thinned.points.chosen(&kept)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::measured::scan_surface;
+    use super::super::{Options, fit_here, prepare};
+    use super::*;
+    use crate::io::{Format, parse_noted};
+    use lacuna::Fixed;
+
+    #[test]
+    fn what_is_drawn_ends_near_the_fits_where_nothing_was_measured() {
+        let model = Model::from_bytes(lacuna_fixtures::MODEL).expect("the built-in model");
+        let scan = parse_noted(Format::Ply, lacuna_fixtures::SCAN).expect("the example").mesh;
+        let options = Options::of(&model);
+        let prepared = prepare(&model, &scan, &options).expect("a start");
+        let fit = fit_here::<Fixed>(&model, &prepared.start, options.schedule).expect("a fit");
+        let fitted = Fitted::new(&model, &prepared.start, &fit);
+        let measured = scan_surface(&prepared.scan, &model).expect("a surface").surface;
+
+        let seen = fitted.local.surface(&fitted.placed, 1);
+        let area = |seen: &Mesh| {
+            let support = Support::of([seen, &Mesh::default()]);
+            fitted.drawn_to(&model, &measured, &support).surface(&fitted.placed, 1).area()
+        };
+        let mut apart = crate::surface::shapes::sheet(9);
+        let far = seen.bounds().expect("points").1 * 3.0;
+        apart.points.iter_mut().for_each(|p| *p += far.coords);
+        let (all, without) = (area(&seen), area(&apart));
+        // The other half of the head.
+        assert!(without < 0.8 * all && without > 0.3 * all, "{without} of {all}");
+    }
+}

@@ -94,21 +94,33 @@ fn is_endless(_: &Metadata) -> bool {
     false
 }
 
-/// A number of bytes with an optional K, M or G.
+/// What [`parse`] takes.
+const BYTES: &str = "use bytes, or a number with K, M or G";
+
+/// A number of bytes, or with K, M or G, of which there may be parts: 1.5M.
 ///
 /// # Errors
 /// Anything else, in words.
 pub fn parse(text: &str) -> Result<u64, String> {
     let digits = text.trim_end_matches(['K', 'M', 'G', 'k', 'm', 'g']);
-    let factor = match text[digits.len()..].to_ascii_uppercase().as_str() {
+    let factor: u64 = match text[digits.len()..].to_ascii_uppercase().as_str() {
         "" => 1,
         "K" => 1 << 10,
         "M" => 1 << 20,
         "G" => 1 << 30,
-        _ => return Err("use bytes, or a number with K, M or G".into()),
+        _ => return Err(BYTES.into()),
     };
-    let number: u64 = digits.parse().map_err(|_| "use bytes, or a number with K, M or G".to_owned())?;
-    number.checked_mul(factor).filter(|&n| n > 0).ok_or_else(|| "out of range".into())
+    let (whole, part) = digits.split_once('.').unwrap_or((digits, "0"));
+    let number = |digits: &str| {
+        let all = !digits.is_empty() && digits.bytes().all(|digit| digit.is_ascii_digit());
+        all.then(|| digits.parse::<u64>().ok())
+    };
+    let (Some(whole), Some(_), true) = (number(whole), number(part), factor > 1 || whole == digits) else {
+        return Err(BYTES.into());
+    };
+    let part: f64 = format!("0.{part}").parse().unwrap_or(0.0);
+    let bytes = whole.and_then(|whole| whole.checked_mul(factor)?.checked_add((part * factor as f64) as u64));
+    bytes.filter(|&bytes| bytes > 0).ok_or_else(|| "out of range".into())
 }
 
 #[cfg(test)]
@@ -118,7 +130,9 @@ mod tests {
     #[test]
     fn sizes_have_suffixes() {
         assert_eq!((parse("7"), parse("2k"), parse("3G")), (Ok(7), Ok(2048), Ok(3 << 30)));
-        for wrong in ["", "G", "1.5G", "2KB", "-1", "0", "99999999999999999999", "9999999999999G"] {
+        assert_eq!((parse("1.5M"), parse("0.25k"), parse("2.0G")), (Ok(3 << 19), Ok(256), Ok(2 << 30)));
+        let wrong = ["", "G", ".5G", "1.G", "1.5", "1.5.5K", "1e3K", "+1K", "2KB", "-1"];
+        for wrong in wrong.into_iter().chain(["0", "0.0001K", "99999999999999999999", "9999999999999G"]) {
             assert!(parse(wrong).is_err(), "{wrong}");
         }
     }
