@@ -17,6 +17,7 @@ mod soup;
 mod strays;
 pub mod training;
 mod triangles;
+pub mod twins;
 mod vertices;
 mod winding;
 

@@ -1,5 +1,6 @@
 //! Training shapes together: copies, mixed units, a file that is not like the others.
 
+use super::twins::{self, Picked};
 use super::{Checked, Flat, Refused, counted};
 use crate::correspondence;
 use crate::io::Loaded;
@@ -47,6 +48,9 @@ pub fn set(shapes: Vec<Loaded>, names: &[String], unit: Unit) -> Result<Set, Ref
         return Err(Refused(too_few(kept.len(), copies)));
     }
     sizes(&kept, unit).map_err(|(number, text)| Refused(format!("{}: {text}", name(number))))?;
+    let picked: Vec<Picked> = kept.iter().map(|(_, mesh)| Picked::of(mesh)).collect();
+    let twins = twins::told(&picked.iter().collect::<Vec<_>>(), &|at| name(kept[at].0).into());
+    findings.extend(twins.into_iter().map(|(at, text)| (kept[at].0, text)));
     // They are of one size: a sentence about the first is enough.
     let (number, first) = &kept[0];
     findings.extend(size::unusual(size::of_mesh(first), unit).map(|text| (*number, text)));

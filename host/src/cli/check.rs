@@ -2,6 +2,7 @@
 
 use super::{Common, Failure, inputs, say, shapes};
 use crate::check::training::odd_sizes;
+use crate::check::twins::{self, Picked};
 use crate::check::{self, Checked, Finding, Severity, alternatives};
 use crate::complete::clean::clean;
 use crate::complete::layers;
@@ -48,6 +49,9 @@ struct Report {
     /// Its length, stray points aside.
     #[serde(skip)]
     length: f64,
+    /// What others of its folder are compared with.
+    #[serde(skip)]
+    picked: Picked,
 }
 
 impl Check {
@@ -80,10 +84,13 @@ impl Check {
         }
         let usable: Vec<usize> = (0..reports.len()).filter(|&i| reports[i].usable).collect();
         let lengths: Vec<f64> = usable.iter().map(|&i| reports[i].length).collect();
-        for (odd, text) in odd_sizes(&lengths, Unit::Millimetre) {
-            let text =
-                format!("to be trained on with the others of its folder it must be of their size: {text}");
-            reports[usable[odd]].findings.push(Finding { severity: Severity::Note, text });
+        let picked: Vec<&Picked> = usable.iter().map(|&i| &reports[i].picked).collect();
+        let twins = twins::told(&picked, &|at| reports[usable[at]].file.clone());
+        let sizes = odd_sizes(&lengths, Unit::Millimetre).into_iter().map(|(odd, text)| {
+            (odd, format!("to be trained on with the others of its folder it must be of their size: {text}"))
+        });
+        for (at, text) in sizes.chain(twins) {
+            reports[usable[at]].findings.push(Finding { severity: Severity::Note, text });
         }
         reports
     }
@@ -120,6 +127,7 @@ impl Check {
             inlier_share,
             findings: checked.findings,
             length: size::of_mesh(&checked.mesh),
+            picked: Picked::of(&checked.mesh),
         }
     }
 
