@@ -8,6 +8,7 @@ pub mod alternatives;
 mod amount;
 mod copies;
 mod edges;
+mod filled;
 mod fits;
 pub mod inwards;
 mod needles;
@@ -160,6 +161,9 @@ pub fn scan(scan: Loaded, model: &lacuna::Model<'_>, unit: lacuna::format::Unit)
     }
     if !checked.is_refused() {
         amount::check(&mut checked, model);
+    }
+    if !checked.is_refused() {
+        filled::check(&mut checked);
     }
     checked
 }
