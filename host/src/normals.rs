@@ -110,6 +110,8 @@ const ASKED: usize = 20_000;
 /// How a neighbour of a point lies to it.
 #[derive(Clone, Copy, Debug)]
 pub struct Neighbour {
+    /// Number of the point that was asked.
+    pub point: usize,
     /// How far away it is.
     pub distance: f64,
     /// The cosine between the normals.
@@ -134,7 +136,7 @@ pub fn neighbours(points: &[Point], normals: &[Vector], number: u32) -> Vec<Neig
         let (offset, cosine) = (points[b] - points[a], normals[a].dot(&normals[b]));
         let distance = offset.norm();
         let rise = normals[a].dot(&offset).abs() / distance.max(f64::MIN_POSITIVE);
-        Some(Neighbour { distance, cosine, rise })
+        Some(Neighbour { point: a, distance, cosine, rise })
     };
     evenly(places.len(), ASKED).filter_map(neighbour).collect()
 }

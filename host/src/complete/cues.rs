@@ -1,7 +1,7 @@
 //! What is known at each vertex of a completed mesh about how far it may be off.
 
 use super::merge::{MEASURED, Merged};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Point};
 use crate::register::Placed;
 use crate::surface::path_lengths;
 use crate::uncertainty::Cue;
@@ -11,13 +11,13 @@ use crate::uncertainty::posterior::Posterior;
 /// Rings over which a vertex beyond the stored voxels takes the deviations of its neighbours.
 const RINGS: usize = 60;
 
-/// The cues of a completed mesh; `hidden` is what its scan is off without showing it, voxels. Vertices count as measured up
+/// The cues of a completed mesh; `hidden` is what its scan is off at a place without showing it, voxels. Vertices count as measured up
 /// to `sideways` of the scan, in its unit: those behind them are so much farther from it.
 pub fn cues(
     posterior: &Posterior<'_>,
     placed: &Placed,
     merged: &Merged,
-    hidden: f32,
+    hidden: &dyn Fn(&Point) -> f32,
     sideways: f32,
 ) -> Vec<Cue> {
     let places: Vec<[f32; 3]> = merged.mesh.points.iter().map(|p| placed.to_voxels(p)).collect();
@@ -34,7 +34,7 @@ pub fn cues(
             posterior: deviations[v],
             away: scale * away(way, straight, sideways),
             height: scale * merged.heights[v],
-            hidden,
+            hidden: hidden(&merged.mesh.points[v]),
             factor: factors.at(places[v]),
         }
     };

@@ -13,8 +13,9 @@ use crate::fit::Fit;
 use crate::mesh::{Mesh, Point, Vector};
 use crate::points::OrientedPoints;
 use crate::register::{Placed, joint};
+use crate::uncertainty::coarse::Coarse;
 use crate::uncertainty::posterior::Posterior;
-use crate::uncertainty::{Cue, coarse, hidden};
+use crate::uncertainty::{Cue, hidden};
 use lacuna::corners::Weights;
 use lacuna::cube::Cube;
 use lacuna::pose_row::steepness;
@@ -112,8 +113,9 @@ impl<'m> Fitted<'m> {
         let unit = self.placed.class_millimetre(model);
         let layers = layers.map(|apart| apart / unit);
         let views = hidden::error(&self.points.normals, layers) * model.header().scales.millimetre;
-        let between = coarse::error(scan, unit) as f32 * self.placed.pose.scale;
-        cues(posterior, &self.placed, merged, libm::hypotf(views, between), sideways.unwrap_or(0.0) as f32)
+        let (coarse, scale) = (Coarse::of(scan, unit), self.placed.pose.scale);
+        let hidden = |place: &Point| libm::hypotf(views, coarse.error(place) as f32 * scale);
+        cues(posterior, &self.placed, merged, &hidden, sideways.unwrap_or(0.0) as f32)
     }
 
     /// How the points, of `all` in the scan, lie on the surface of the local fit.

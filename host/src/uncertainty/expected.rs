@@ -1,7 +1,7 @@
 //! From what is known at a vertex to its expected error; the equation is that of [`Calibration`].
 
 use super::cue::Cue;
-use crate::quantile::quantile;
+use crate::quantile::{median, quantile};
 use lacuna::Model;
 use lacuna::format::Calibration;
 use serde::Serialize;
@@ -25,7 +25,7 @@ pub struct Expected {
     pub errors: Vec<f32>,
     /// That of a measured vertex.
     pub noise: f32,
-    /// What the scan is off without showing it, a part of all of them.
+    /// What the scan is off without showing it, a part of all of them: half of the measured vertices have less.
     pub hidden: f32,
     /// Whether the model's trainer has compared such errors with true ones.
     pub calibrated: bool,
@@ -50,7 +50,8 @@ impl Expected {
         let least = |cue: &Cue| if cue.measured { noise } else { 0.0 };
         let errors =
             cues.iter().map(|cue| (expected(&constants, cue, misfit) / scale).max(least(cue))).collect();
-        let hidden = cues.first().map_or(0.0, |cue| cue.hidden);
+        let hidden = median(cues.iter().filter(|cue| cue.measured).map(|cue| cue.hidden.into()).collect());
+        let hidden = hidden.unwrap_or(0.0) as f32;
         let noise = (measured(&constants, misfit, hidden) / scale).max(noise);
         Self { errors, noise, hidden: hidden / scale, calibrated: calibration.is_some() }
     }
