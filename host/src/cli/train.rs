@@ -2,7 +2,7 @@
 
 use super::outputs::{self, Output, Usage};
 use super::shapes::{self, Shapes};
-use super::trained::{LeaveOneOut, Made, Report};
+use super::trained::{Made, Report};
 use super::{Common, Failure, bar, inputs, say};
 use crate::class;
 use crate::io;
@@ -12,7 +12,8 @@ use crate::sentence::sentence;
 use crate::train::align::{self, Align};
 use crate::train::calibration::{Trained, train_calibrated};
 use crate::train::held_out::{FEWEST, HeldOut};
-use crate::train::{Footprint, Limits, Settings, leave_one_out};
+use crate::train::leave_one_out::{self, Row};
+use crate::train::{Footprint, Limits, Settings};
 use crate::{size, unit};
 use lacuna::Model;
 use lacuna::format::{MAX_MODES, Unit};
@@ -148,13 +149,13 @@ impl Train {
         notes.extend(grown(&model));
         notes.extend(torn(&model, &aligned.shapes, &paths, settings.unit)?);
         io::atomic::write(&self.output, |file| file.write_all(&trained.file))?;
-        let table = self.leave_one_out.then(|| table(&trained, &paths));
+        let rows = table(&trained, &paths);
         let seconds = start.elapsed().as_secs_f64();
         let output = self.output.display().to_string();
         let Footprint { flash, ram } =
             Footprint::of(&trained.file).map_err(|error| sentence("the model", &error))?;
         let made = Made { output, flash, ram, choice: trained.choice, way: aligned.way, notes, seconds };
-        let report = Report::new(&model, made, table);
+        let report = Report::new(&model, made, rows, self.leave_one_out);
         if common.json {
             say(&serde_json::to_string_pretty(&report)?);
         } else {
@@ -260,11 +261,11 @@ fn torn(
     )))
 }
 
-fn table(trained: &Trained, paths: &[PathBuf]) -> LeaveOneOut {
+/// How well the shapes that were held back came out, scan by scan.
+fn table(trained: &Trained, paths: &[PathBuf]) -> Vec<Row> {
     let name = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let names: Vec<String> = paths.iter().map(name).collect();
-    let shapes = leave_one_out::rows(&trained.trials, &names, &trained.shares);
-    LeaveOneOut { summaries: leave_one_out::summaries(&shapes), shapes }
+    leave_one_out::rows(&trained.held, &trained.trials, &names, &trained.shares)
 }
 
 #[cfg(test)]

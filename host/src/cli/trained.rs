@@ -3,7 +3,7 @@
 use super::scatter::Scatter;
 use crate::train::align::Way;
 use crate::train::choice::{Choice, Size};
-use crate::train::leave_one_out;
+use crate::train::leave_one_out::{self, Row, Summary};
 use crate::unit::{digits, four_digits};
 use lacuna::Model;
 use lacuna::format::Calibration;
@@ -48,6 +48,8 @@ pub struct Report {
     symmetry_deviation: Option<f32>,
     notes: Vec<String>,
     calibration: Option<Calibration>,
+    /// How well shapes that were held back come out, a line a kind of scan.
+    held_back: Vec<Summary>,
     leave_one_out: Option<LeaveOneOut>,
 }
 
@@ -55,15 +57,17 @@ pub struct Report {
 #[derive(serde::Serialize)]
 pub struct LeaveOneOut {
     /// A line a kind of scan.
-    pub summaries: Vec<leave_one_out::Summary>,
+    pub summaries: Vec<Summary>,
     /// A row a shape.
-    pub shapes: Vec<leave_one_out::Row>,
+    pub shapes: Vec<Row>,
 }
 
 impl Report {
-    /// What is to be said about a model, and how well its class predicts unseen parts, if that was asked for.
-    pub fn new(model: &Model<'_>, made: Made, leave_one_out: Option<LeaveOneOut>) -> Self {
+    /// What is to be said about a model, and how well shapes that were held back come out, row by row if every one was and that
+    /// was asked for.
+    pub fn new(model: &Model<'_>, made: Made, held_back: Vec<Row>, row_by_row: bool) -> Self {
         let header = model.header();
+        let summaries = leave_one_out::summaries(&held_back);
         Self {
             output: made.output,
             class: header.class.into(),
@@ -81,7 +85,9 @@ impl Report {
             notes: made.notes,
             symmetry_deviation: model.symmetry().map(|plane| plane.deviation * header.spacing),
             calibration: model.calibration().copied(),
-            leave_one_out,
+            leave_one_out: row_by_row
+                .then(|| LeaveOneOut { summaries: summaries.clone(), shapes: held_back }),
+            held_back: summaries,
         }
     }
 
@@ -119,8 +125,10 @@ impl Report {
         lines.push(expected_error(self.calibration.as_ref()));
         if let Some(table) = &self.leave_one_out {
             lines.extend(leave_one_out::table(&table.shapes, symbol));
-            lines.extend(table.summaries.iter().map(|summary| summary.sentence(symbol)));
         }
+        lines.extend(
+            self.held_back.iter().map(|summary| format!("held back       {}", summary.sentence(symbol))),
+        );
         lines
     }
 

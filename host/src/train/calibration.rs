@@ -38,7 +38,9 @@ const NONE: f32 = 1e-3;
 pub struct Trained {
     /// The model file.
     pub file: Vec<u8>,
-    /// The held-back shapes.
+    /// Numbers of the shapes that were held back.
+    pub held: Vec<usize>,
+    /// Those of them that could be completed.
     pub trials: Vec<Trial>,
     /// Shares of each trial's measured and inferred vertices whose error is below the one that the other shapes make
     /// one expect; empty without a calibration.
@@ -60,13 +62,14 @@ pub fn train_calibrated(
 ) -> Result<Trained, Error> {
     let Made { prepared, file, choice } = choice::make(shapes, settings, progress[0])?;
     let trials = trials(&prepared, shapes, held, progress[1]);
+    let held = held.numbers(shapes.len());
     let model = Model::from_bytes(&file).map_err(Error::Unusable)?;
     let Some((fit, shares)) = calibrate(&trials, &model) else {
-        return Ok(Trained { file, trials, shares: vec![], choice });
+        return Ok(Trained { file, held, trials, shares: vec![], choice });
     };
     let factors = factors::bytes(&fit.factors, &model);
     let file = model_file::calibrated(&file, &fit.constants, Some(&factors)).map_err(Error::Unusable)?;
-    Ok(Trained { file, trials, shares, choice })
+    Ok(Trained { file, held, trials, shares, choice })
 }
 
 /// What is fitted to some trials.

@@ -45,6 +45,13 @@ impl HeldOut {
         let member = |fold: usize| (fold..held).step_by(folds).map(|i| i * shapes / held).collect();
         (0..folds).map(member).collect()
     }
+
+    /// The shapes that are held back, in ascending order.
+    pub fn numbers(self, shapes: usize) -> Vec<usize> {
+        let mut numbers = self.groups(shapes).concat();
+        numbers.sort_unstable();
+        numbers
+    }
 }
 
 /// A held-back shape, completed from a scan of a part of it.
@@ -158,11 +165,9 @@ mod tests {
 
     #[test]
     fn every_shape_is_held_back_once_and_never_all_of_them() {
-        let mut all = HeldOut::SOME.groups(30).concat();
-        all.sort_unstable();
-        assert_eq!(all, (0..30).collect::<Vec<_>>());
+        assert_eq!(HeldOut::SOME.numbers(30), (0..30).collect::<Vec<_>>());
         assert!(HeldOut::SOME.groups(30).iter().all(|group| group.len() == 3));
-        assert_eq!(HeldOut::SOME.groups(90).concat().len(), 30);
+        assert_eq!(HeldOut::SOME.numbers(90).len(), 30);
         assert!(HeldOut::EACH.groups(8).iter().all(|group| group.len() == 1));
         assert_eq!((HeldOut::EACH.groups(8).len(), HeldOut::EACH.groups(3).len()), (8, 0));
     }

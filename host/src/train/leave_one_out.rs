@@ -40,9 +40,9 @@ pub struct Summary {
     pub missing_p95: f64,
 }
 
-/// The table; `names` are the shapes' and `shares` belong to the trials. Shapes that could not be completed have rows
-/// without numbers.
-pub fn rows(trials: &[Trial], names: &[String], shares: &[[Option<f32>; 2]]) -> Vec<Row> {
+/// The table of the shapes `held` back; `names` are those of all shapes, `shares` belong to the trials. Shapes that could not
+/// be completed have rows without numbers.
+pub fn rows(held: &[usize], trials: &[Trial], names: &[String], shares: &[[Option<f32>; 2]]) -> Vec<Row> {
     let row = |(shape, kind): (usize, Kind)| {
         let number = trials.iter().position(|trial| (trial.shape, trial.kind) == (shape, kind));
         let trial = number.map(|number| &trials[number]);
@@ -54,7 +54,7 @@ pub fn rows(trials: &[Trial], names: &[String], shares: &[[Option<f32>; 2]]) -> 
             within_expected: number.and_then(|number| shares.get(number).copied()).unwrap_or_default(),
         }
     };
-    (0..names.len()).flat_map(|shape| KINDS.map(|kind| row((shape, kind)))).collect()
+    held.iter().flat_map(|&shape| KINDS.map(|kind| row((shape, kind)))).collect()
 }
 
 fn score(trial: &Trial, missing: bool) -> Option<Score> {
@@ -145,7 +145,7 @@ mod tests {
             })
             .collect();
         let names: Vec<String> = ["a.ply", "b.ply", "long_name.ply"].map(String::from).into();
-        let rows = rows(&trials, &names, &[[None, Some(0.68)]]);
+        let rows = rows(&[0, 1, 2], &trials, &names, &[[None, Some(0.68)]]);
         let found = summaries(&rows);
         assert_eq!((found.len(), found[0].sides, found[0].shapes), (2, 1, 3));
         let near = |a: f64, b: f64| (a - b).abs() < 1e-6;
@@ -162,7 +162,7 @@ mod tests {
     fn a_shape_that_could_not_be_completed_is_told() {
         let trials: Vec<Trial> = [0, 2].map(|i| trial(i, Kind::Front, 1.0)).into();
         let names: Vec<String> = ["a.ply", "b.ply", "c.ply"].map(String::from).into();
-        let rows = rows(&trials, &names, &[]);
+        let rows = rows(&[0, 1, 2], &trials, &names, &[]);
         let found = summaries(&rows);
         assert_eq!((found.len(), found[0].shapes, found[0].failed), (1, 2, 1));
         assert!(found[0].sentence("mm").ends_with("; one shape could not be completed"));
