@@ -154,25 +154,19 @@ impl<'m, 'b, K: Lent<u16>> HullBuilder<'m, 'b, K> {
                 }
                 let Some((index, stored)) = rows.starting_at([xs.0, y, z]) else { continue };
                 let along = oy * ny + oz * nz + first * nx;
-                let length = xs.1 - xs.0;
-                self.add_row(sight.mirrored, (first, along, nx), oy * oy + oz * oz, (index, stored), length);
+                let line = Line { x: first, along, growth: nx, across: oy * oy + oz * oz };
+                let stored = u32::from(stored) & ((1 << ((xs.1 - xs.0) & 15)) - 1);
+                self.add_row(sight.mirrored, line, index, stored);
             }
         }
     }
 
-    /// Lets a point claim the voxels it reaches in one row of a brick: the offset of the first of them along x, along
-    /// the normal (and how it grows), and the square of that across x; its number, and a bit for each stored voxel.
+    /// Lets a point claim the voxels it reaches in one row of a brick: a bit of `stored` for each of them that is, of which
+    /// the first has the number `index`.
     #[inline(always)]
-    fn add_row(
-        &mut self,
-        mirrored: bool,
-        (mut x, mut along, growth): (i32, i32, i32),
-        across: i32,
-        (mut index, stored): (usize, u8),
-        length: u16,
-    ) {
+    fn add_row(&mut self, mirrored: bool, line: Line, mut index: usize, mut stored: u32) {
+        let Line { mut x, mut along, growth, across } = line;
         let (front, lateral) = (i32::from(self.reach.front), i32::from(self.reach.lateral));
-        let mut stored = u32::from(stored) & ((1 << (length & 15)) - 1);
         while stored != 0 {
             let distance = round_shift(along, NORMAL_BITS);
             let squared = across + x * x;
@@ -235,6 +229,18 @@ struct Sight {
     farthest: i32,
     /// Whether the point is a mirror image.
     mirrored: bool,
+}
+
+/// The first voxel of a row, seen from a point.
+struct Line {
+    /// Its offset along the row, 1/256 voxel.
+    x: i32,
+    /// Its offset along the normal, 1/2^20 voxel.
+    along: i32,
+    /// How that grows along the row: the normal's x, 1/4096.
+    growth: i32,
+    /// Square of the offset across the row, 1/65536 voxel².
+    across: i32,
 }
 
 /// Key of a point at a squared distance, 1/65536 voxel²; never 0.

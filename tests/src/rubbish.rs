@@ -104,10 +104,7 @@ impl<'s> Rubbish<'s> {
             6 | 14 | 15 => Request::Fit,
             7 => Request::Status,
             8 => Request::Outcome,
-            9 => Request::Weights {
-                of: [Vector::Shape, Vector::Global, Vector::Nodes][value as usize % 3],
-                first: value,
-            },
+            9 => Request::Weights { of: [Vector::Shape, Vector::Global][value as usize % 2], first: value },
             10 => Request::Distances { first: value },
             11 => Request::Counters,
             12 => Request::Cancel,

@@ -168,8 +168,6 @@ pub enum Vector {
     Shape,
     /// Of the global fit: f64, one a mode.
     Global,
-    /// Of the local fit: i16, 1/2048 standard deviation, the modes of a node side by side.
-    Nodes,
 }
 
 /// What the device is and holds.

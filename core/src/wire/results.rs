@@ -43,10 +43,6 @@ impl<'r> Results<'r> {
         match of {
             Vector::Shape => values(data, first, self.job.shape(), f32::to_le_bytes),
             Vector::Global => values(data, first, self.job.global(), f64::to_le_bytes),
-            Vector::Nodes => {
-                let weights = self.job.local().map_or(&[][..], |fit| fit.weights());
-                values(data, first, weights, i16::to_le_bytes)
-            }
         }
     }
 

@@ -126,13 +126,11 @@ fn fetch<L: Link>(
 
 /// All bytes of a weight vector.
 fn weights<L: Link>(client: &mut Client<L>, model: &Model<'_>, of: Vector) -> Result<Vec<u8>, Error> {
-    // A voxel is between eight nodes, so that there are no more than eight times as many.
-    let (size, most) = match of {
-        Vector::Shape => (4, 1),
-        Vector::Global => (8, 1),
-        Vector::Nodes => (2, 8 * model.voxels()),
+    let size = match of {
+        Vector::Shape => 4,
+        Vector::Global => 8,
     };
-    let most = most.saturating_mul(size * model.modes());
+    let most = size * model.modes();
     let mut all: Vec<u8> = vec![];
     loop {
         let first = (all.len() / size) as u32;

@@ -329,16 +329,13 @@ fn chosen(settings: &train::Settings) -> impl std::fmt::Debug {
         modes,
         stride,
         unit,
-        band,
-        spread,
         distances,
-        border_share,
         symmetric,
         apart,
         memory: _,
         limits,
     } = settings;
-    ((spacing, modes, stride, unit, band, spread), (distances, border_share, symmetric, apart, limits))
+    (spacing, modes, stride, unit, distances, symmetric, apart, limits)
 }
 
 /// Refuses numbers of training shapes above that of those `given`.

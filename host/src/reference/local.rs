@@ -69,8 +69,8 @@ impl Field {
 
     /// M_n + Σ_k b'_kn Σ_j φ_jn V_kj.
     fn distance(&self, model: &Model, whitened: &[Vec<f64>], n: usize) -> f64 {
-        let shares = self.nodes.shares(model.grid.position(n));
-        let weight = |field: &Vec<f64>| shares.iter().map(|&(j, share)| share * field[j]).sum::<f64>();
+        let near = self.nodes.trilinear(model.grid.position(n));
+        let weight = |field: &Vec<f64>| near.iter().map(|&(j, phi)| phi * field[j]).sum::<f64>();
         model.mean[n] + whitened.iter().zip(&self.weights).map(|(mode, v)| mode[n] * weight(v)).sum::<f64>()
     }
 }
@@ -135,8 +135,8 @@ impl Fit<'_> {
         for &(n, _) in &self.known {
             let square: f64 =
                 self.whitened.iter().zip(&self.gains).map(|(mode, g)| g * mode[n] * mode[n]).sum();
-            for (j, share) in nodes.shares(self.model.grid.position(n)) {
-                sums[j] += share * square;
+            for (j, phi) in nodes.trilinear(self.model.grid.position(n)) {
+                sums[j] += phi * square;
             }
         }
         sums
@@ -153,10 +153,10 @@ impl Fit<'_> {
         let mut sums = vec![vec![0.0; field.nodes.grid.len()]; self.whitened.len()];
         for &(n, target) in &self.known {
             let residual = field.distance(self.model, &self.whitened, n) - target;
-            let shares = field.nodes.shares(self.model.grid.position(n));
+            let near = field.nodes.trilinear(self.model.grid.position(n));
             for (sum, mode) in sums.iter_mut().zip(&self.whitened) {
-                for (j, share) in shares {
-                    sum[j] += share * residual * mode[n];
+                for (j, phi) in near {
+                    sum[j] += phi * residual * mode[n];
                 }
             }
         }

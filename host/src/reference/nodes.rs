@@ -28,7 +28,7 @@ impl Nodes {
     }
 
     /// The eight nodes j around a voxel n with their trilinear weights φ_jn.
-    pub fn shares(&self, voxel: [usize; 3]) -> [(usize, f64); 8] {
+    pub fn trilinear(&self, voxel: [usize; 3]) -> [(usize, f64); 8] {
         let cell = voxel.map(|v| v / self.stride);
         let within = voxel.map(|v| (v % self.stride) as f64 / self.stride as f64);
         std::array::from_fn(|corner| {
@@ -60,14 +60,14 @@ mod tests {
     use crate::reference::toy;
 
     #[test]
-    fn shares_interpolate_a_linear_field_exactly() {
+    fn trilinear_weights_interpolate_a_linear_field_exactly() {
         let nodes = Nodes::new(&toy::model(), 2);
         let value = |[x, y, z]: [usize; 3]| 1.0 + 2.0 * x as f64 - 3.0 * y as f64 + 0.5 * z as f64;
         for voxel in toy::GRID.within([0; 3], [9; 3]) {
-            let shares = nodes.shares(voxel);
-            assert!((shares.iter().map(|s| s.1).sum::<f64>() - 1.0).abs() < 1e-12);
+            let weights = nodes.trilinear(voxel);
+            assert!((weights.iter().map(|s| s.1).sum::<f64>() - 1.0).abs() < 1e-12);
             let found: f64 =
-                shares.iter().map(|&(j, f)| f * value(nodes.grid.position(j).map(|v| 2 * v))).sum();
+                weights.iter().map(|&(j, f)| f * value(nodes.grid.position(j).map(|v| 2 * v))).sum();
             assert!((found - value(voxel)).abs() < 1e-12);
         }
     }

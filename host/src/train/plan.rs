@@ -19,6 +19,12 @@ const FAR_PER_BRICK: usize = 2;
 /// Largest share of training shapes that may see a node of the far field across their border. It lets the surface
 /// go on beyond the stored voxels for those who reach farther than most, at no cost in the model's size.
 const FAR_BORDER_SHARE: f64 = 0.95;
+/// The same of a stored voxel.
+const BORDER_SHARE: f64 = 0.75;
+/// Band behind and in front of the mean surface where shapes do not vary, class millimetres.
+const BAND: [f64; 2] = [1.8, 2.0];
+/// Standard deviations of the shapes' distances by which the band is wider at each voxel.
+const SPREAD: f64 = 2.6;
 /// Stored voxels on either side of the mean surface, at least.
 const LEAST_VOXELS: f64 = 1.8;
 
@@ -56,7 +62,6 @@ pub(super) struct Plan {
     coarse: Vec<Moments>,
     /// Band behind and in front, and how it widens.
     band: Band,
-    border_share: f64,
     pub distances: Distances,
     symmetry: Option<symmetry::Plane>,
 }
@@ -80,8 +85,8 @@ impl Plan {
         let (low, high) = bounds(shapes);
         grid::check(shapes, settings)?;
         let (spacing, stride, brick) = grid::voxel(shapes, settings);
-        let [behind, front] = settings.band.map(|b| b * millimetre);
-        let band = Band { behind, front, spread: settings.spread, least: LEAST_VOXELS * spacing };
+        let [behind, front] = BAND.map(|b| b * millimetre);
+        let band = Band { behind, front, spread: SPREAD, least: LEAST_VOXELS * spacing };
 
         let margin = behind.max(front) + MARGIN * millimetre + MARGIN_VOXELS * spacing;
         let sides = grid::sides((high - low).add_scalar(2.0 * margin).into(), spacing, brick)?;
@@ -90,21 +95,9 @@ impl Plan {
         let nodes = lattice.coarse(brick / FAR_PER_BRICK);
         Budget::new(shapes, settings).check_nodes(nodes.len())?;
         let coarse = coarse(&all, &nodes);
-        let border_share = settings.border_share;
         let distances = settings.distances;
         let symmetry = settings.symmetric.then(|| symmetry::find(shapes, &surfaces)).transpose()?;
-        Ok(Self {
-            surfaces,
-            lattice,
-            millimetre,
-            brick,
-            stride,
-            coarse,
-            band,
-            border_share,
-            distances,
-            symmetry,
-        })
+        Ok(Self { surfaces, lattice, millimetre, brick, stride, coarse, band, distances, symmetry })
     }
 
     /// Voxels between the nodes of the weight field.
@@ -129,7 +122,7 @@ impl Plan {
     pub fn band(&self, volumes: &[&Volume]) -> Vec<usize> {
         let stored = |&i: &usize| {
             let moments = Moments::of(volumes, i);
-            self.band.holds(&moments, 0.0) && moments.border <= self.border_share
+            self.band.holds(&moments, 0.0) && moments.border <= BORDER_SHARE
         };
         let candidates = volumes.first().map_or(0, |v| v.distances.len());
         (0..candidates).into_par_iter().filter(stored).collect()
@@ -153,7 +146,7 @@ impl Plan {
         // The crop is not a multiple of the far stride away: sample the far field on its own nodes.
         let far_values = coarse(surfaces, &nodes)
             .into_iter()
-            .map(|at| (at.border <= FAR_BORDER_SHARE.max(self.border_share)).then_some((at.mean / h) as f32))
+            .map(|at| (at.border <= FAR_BORDER_SHARE).then_some((at.mean / h) as f32))
             .collect();
         let made = self.made();
         let header = Header {

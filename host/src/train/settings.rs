@@ -26,14 +26,8 @@ pub struct Settings {
     pub stride: Option<u8>,
     /// Unit of the meshes.
     pub unit: Unit,
-    /// Band behind and in front of the mean surface where shapes do not vary, class millimetres.
-    pub band: [f64; 2],
-    /// Standard deviations of the shapes' distances by which the band is wider at each voxel.
-    pub spread: f64,
     /// How distances are measured.
     pub distances: Distances,
-    /// Largest share of training shapes that may see a voxel across their border.
-    pub border_share: f64,
     /// Whether the class is symmetric about a plane, to be found.
     pub symmetric: bool,
     /// How far the shapes lay from the pose they were drawn to, in their unit, if they were.
@@ -52,10 +46,7 @@ impl Default for Settings {
             modes: None,
             stride: None,
             unit: Unit::Millimetre,
-            band: [1.8, 2.0],
-            spread: 2.6,
             distances: Distances::Exact,
-            border_share: 0.75,
             symmetric: false,
             apart: None,
             memory: u64::MAX,

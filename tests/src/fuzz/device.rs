@@ -192,10 +192,8 @@ fn request(header: &mut Header, kind: u8, source: &mut Source<'_>) -> Vec<u8> {
         5 => Request::Points { first: value * MAX_BATCH as u32, batch: &batch },
         6 => Request::Fit,
         7 => Request::Outcome,
-        8..=10 => {
-            let of = [Vector::Shape, Vector::Global, Vector::Nodes][usize::from(kind % 16 - 8)];
-            Request::Weights { of, first: value }
-        }
+        8 => Request::Weights { of: Vector::Shape, first: value },
+        9..=10 => Request::Weights { of: Vector::Global, first: value },
         11 => Request::Distances { first: value * 16 },
         12 => Request::Counters,
         13 => Request::Status,
