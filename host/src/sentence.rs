@@ -43,7 +43,7 @@ pub fn sentence(subject: &str, error: &Error) -> String {
         Error::TooFewPoints { given } => {
             format!("{given} points are too few to find a pose, {FEWEST_POINTS} are needed: scan more of it")
         }
-        Error::EmptyHull => "the scan does not touch the model in this pose: is the pose right?".into(),
+        Error::EmptyHull => "the scan does not touch the model in this pose: is it a scan of this class, and a pose that was given the right one?".into(),
     }
 }
 

@@ -1,5 +1,6 @@
 //! A scan that does not fit: would it, turned inside out or mirrored? Asked only after a bad fit, and only told.
 
+use crate::complete::Error;
 use crate::complete::explained::Explained;
 use crate::mesh::Mesh;
 use crate::normals::neighbours;
@@ -70,10 +71,11 @@ pub fn advice_on(model: &Model<'_>, scan: &Mesh, seed: u64, found: &Registration
     advice(model, scan, seed, (found.explained(), found.placed.size(model)))
 }
 
-/// Why no pose was found for a scan, and what would make it fit, if anything would.
-pub fn told(model: &Model<'_>, scan: &Mesh, seed: u64, error: &register::Error) -> String {
-    let doubtful = matches!(error, register::Error::NoMatch) && is_a_surface(scan);
-    match doubtful.then(|| advice(model, scan, seed, (0.0, 1.0))).flatten() {
+/// Why a scan cannot be completed, and what would make it fit, if anything would.
+pub fn told(model: &Model<'_>, scan: &Mesh, seed: u64, error: &Error) -> String {
+    let nowhere =
+        matches!(error, Error::Register(register::Error::NoMatch) | Error::Fit(lacuna::Error::EmptyHull));
+    match (nowhere && is_a_surface(scan)).then(|| advice(model, scan, seed, (0.0, 1.0))).flatten() {
         Some(advice) => format!("{error} Or: {advice}"),
         None => error.to_string(),
     }
@@ -132,7 +134,8 @@ mod tests {
         let model = Model::from_bytes(lacuna_fixtures::MODEL).expect("the built-in model");
         let inwards = Alternative::Flipped.of(&Head::sample(1, 1001).mesh());
         let said = |error| told(&model, &inwards, 1, &error);
-        assert!(said(register::Error::NoMatch).contains("--flip turns them"));
-        assert!(!said(register::Error::TooFewPoints(3)).contains("--flip"));
+        assert!(said(register::Error::NoMatch.into()).contains("--flip turns them"));
+        assert!(said(Error::Fit(lacuna::Error::EmptyHull)).contains("--flip turns them"));
+        assert!(!said(register::Error::TooFewPoints(3).into()).contains("--flip"));
     }
 }

@@ -140,7 +140,7 @@ impl Check {
         let refused = |text| Finding { severity: Severity::Refused, text };
         match register::register(model, &scan, self.seed) {
             Err(error) => {
-                checked.findings.push(refused(alternatives::told(model, &scan, self.seed, &error)));
+                checked.findings.push(refused(alternatives::told(model, &scan, self.seed, &error.into())));
                 None
             }
             Ok(found) => {

@@ -116,12 +116,7 @@ impl Complete {
 
     /// Why a scan cannot be completed, and what would make it fit.
     fn told(&self, model: &Model<'_>, scan: &Mesh, error: &complete::Error) -> Failure {
-        match error {
-            complete::Error::Register(error) => {
-                self.subject.named(&alternatives::told(model, scan, self.subject.seed, error))
-            }
-            other => self.subject.named(other),
-        }
+        self.subject.named(&alternatives::told(model, scan, self.subject.seed, error))
     }
 
     /// After a pose that explains little: what would make the scan fit.

@@ -45,7 +45,7 @@ impl Register {
         let cleaned = clean(&mesh, widest(&model));
         let begun = std::time::Instant::now();
         let found = register::register(&model, &cleaned.scan, self.subject.seed).map_err(|error| {
-            let told = alternatives::told(&model, &cleaned.scan, self.subject.seed, &error);
+            let told = alternatives::told(&model, &cleaned.scan, self.subject.seed, &error.into());
             self.subject.named(&told)
         })?;
         let seconds = begun.elapsed().as_secs_f64();
