@@ -51,6 +51,8 @@ fn filled(mesh: &Mesh, mut found: Vec<Option<f32>>) -> Vec<f32> {
     for _ in 0..RINGS {
         let mut sums = vec![(0.0f32, 0.0f32); found.len()];
         for &[a, b, c] in &mesh.triangles {
+            // Each corner's next one first: in the order of `corner_pairs` the sums, and with them expected errors, would be
+            // rounded otherwise.
             for (to, from) in [(a, b), (a, c), (b, c), (b, a), (c, a), (c, b)] {
                 if let (None, Some(deviation)) = (found[to as usize], found[from as usize]) {
                     let (sum, count) = &mut sums[to as usize];

@@ -6,7 +6,7 @@
 
 use crate::distance::Surface;
 use crate::mesh::{Mesh, Point, Vector};
-use crate::surface::{carry, carry_next_to_known};
+use crate::surface::{carry, carry_next_to_known, corner_pairs};
 use rayon::prelude::*;
 
 /// Label of a vertex that was moved onto the scan.
@@ -134,8 +134,8 @@ fn strays(
     step: f64,
 ) -> Vec<u32> {
     let mut strays = Vec::new();
-    for &[a, b, c] in &mesh.triangles {
-        for (from, to) in [(a, b), (b, a), (b, c), (c, b), (c, a), (a, c)] {
+    for &corners in &mesh.triangles {
+        for (from, to) in corner_pairs(corners) {
             let [measured, inferred] = [from, to].map(|v| v as usize);
             let seam = motions[measured].is_some() && motions[inferred].is_none();
             let height = |v: usize| faded[v].dot(&normals[v]);

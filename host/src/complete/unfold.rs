@@ -49,6 +49,7 @@ fn middles(scan: &Mesh, marked: &[bool], first: &[usize]) -> Vec<Option<Point>> 
     let mut sums = vec![(Vector::zeros(), 0.0); marked.len()];
     for corners in &scan.triangles {
         let [a, b, c] = corners.map(|v| first[v as usize]);
+        // In the order of the corners: in that of `corner_pairs` the sums, and with them points, would be rounded otherwise.
         for (to, from) in [(a, b), (a, c), (b, a), (b, c), (c, a), (c, b)] {
             if marked[to] {
                 let (sum, count) = &mut sums[to];

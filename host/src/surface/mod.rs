@@ -23,6 +23,7 @@ pub use fairing::fair;
 pub use geodesic::path_lengths;
 pub use holes::{close_holes, open_curves};
 pub use marching_cubes::{CLAMP, Volume, marching_cubes};
+pub use neighbours::corner_pairs;
 pub use opening::open_rim;
 pub use quadric::{Moments, Quadric};
 pub use rim::trim_rim;

@@ -12,7 +12,7 @@ pub struct Neighbours {
 impl Neighbours {
     /// The neighbours of those vertices that are `wanted`; the others have none.
     pub fn new(mesh: &Mesh, wanted: impl Fn(u32) -> bool) -> Self {
-        let pairs = || mesh.triangles.iter().flat_map(pairs).filter(|&(of, _)| wanted(of));
+        let pairs = || mesh.triangles.iter().copied().flat_map(corner_pairs).filter(|&(of, _)| wanted(of));
         let mut ends = vec![0u32; mesh.points.len()];
         pairs().for_each(|(of, _)| ends[of as usize] += 1);
         let mut sum = 0;
@@ -36,8 +36,9 @@ impl Neighbours {
     }
 }
 
-/// Every corner of a triangle with each of the two others.
-fn pairs(&[a, b, c]: &[u32; 3]) -> [(u32, u32); 6] {
+/// Every corner of a triangle with each of the two others. Sums over neighbours are rounded in this order: another one
+/// changes their last bits.
+pub fn corner_pairs([a, b, c]: [u32; 3]) -> [(u32, u32); 6] {
     [(a, b), (b, a), (b, c), (c, b), (c, a), (a, c)]
 }
 
