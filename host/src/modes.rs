@@ -2,6 +2,7 @@
 
 use crate::complete::extrapolate::extrapolated;
 use crate::complete::picture::directions;
+use crate::complete::zero_level;
 use crate::mesh::{Mesh, Point};
 use crate::register::Placed;
 use crate::render::{Camera, Image, Panel, picture};
@@ -47,7 +48,7 @@ fn instance(model: &Model<'_>, mode: usize, sigmas: f32) -> Mesh {
         }
     }
     let still = Placed { centre: Point::origin(), pose: Pose::IDENTITY };
-    extrapolated(model, &distances).surface(&still, 1)
+    zero_level::surface(&extrapolated(model, &distances), &still, 1)
 }
 
 #[cfg(test)]

@@ -30,69 +30,67 @@ pub fn extrapolated(model: &Model<'_>, distances: &[i16]) -> Dense {
     };
     let mut deviations: Vec<f32> = (0..mean.len()).into_par_iter().map(deviation).collect();
     for _ in 0..LAYERS {
-        let grown = field.grow(model, &deviations);
+        let grown = grow(&field, model, &deviations);
         for (i, deviation, value) in grown {
             (deviations[i], field.values[i]) = (deviation, value);
         }
     }
     let off = |voxel: [usize; 3]| sample::far(model, voxel.map(|v| v as f32)).is_none();
     for _ in 0..BEYOND {
-        for (i, value) in field.straight(off) {
+        for (i, value) in straight(&field, off) {
             field.values[i] = value;
         }
     }
     field
 }
 
-impl Dense {
-    /// Fills unknown voxels next to the scan's points, given in voxels, with the scan's own distances, within the
-    /// model's support: where somebody is farther from the mean than the model stores, the measured surface goes on.
-    pub fn extend(&mut self, model: &Model<'_>, scan: &Surface, placed: &Placed, points: &[Point]) {
-        let reach = 2u8;
-        let limit = f64::from(reach) * 1.8 / f64::from(placed.pose.scale);
-        let near = self.mark(points, usize::from(reach), |_, _| true);
-        let supported = |i: usize| sample::far(model, self.voxel(i).map(|v| v as f32)).is_some();
-        let wanted = |&i: &usize| near[i] && self.values[i].is_nan() && supported(i);
-        let wanted: Vec<usize> = (0..near.len()).filter(wanted).collect();
-        let known = |&i: &usize| Some((i, self.measured(i, scan, placed, limit)?));
-        let values: Vec<(usize, f32)> = wanted.par_iter().filter_map(known).collect();
-        for (i, value) in values {
-            self.values[i] = value;
-        }
+/// Fills unknown voxels next to the scan's points, given in voxels, with the scan's own distances, within the
+/// model's support: where somebody is farther from the mean than the model stores, the measured surface goes on.
+pub fn extend(field: &mut Dense, model: &Model<'_>, scan: &Surface, placed: &Placed, points: &[Point]) {
+    let reach = 2u8;
+    let limit = f64::from(reach) * 1.8 / f64::from(placed.pose.scale);
+    let near = field.mark(points, usize::from(reach), |_, _| true);
+    let supported = |i: usize| sample::far(model, field.voxel(i).map(|v| v as f32)).is_some();
+    let wanted = |&i: &usize| near[i] && field.values[i].is_nan() && supported(i);
+    let wanted: Vec<usize> = (0..near.len()).filter(wanted).collect();
+    let known = |&i: &usize| Some((i, field.measured(i, scan, placed, limit)?));
+    let values: Vec<(usize, f32)> = wanted.par_iter().filter_map(known).collect();
+    for (i, value) in values {
+        field.values[i] = value;
     }
+}
 
-    /// Unknown voxels `off` the support that two known ones in a row lead to, and their distances.
-    fn straight(&self, off: impl Fn([usize; 3]) -> bool + Sync) -> Vec<(usize, f32)> {
-        let [width, height, _] = self.sides;
-        let next = |&i: &usize| {
-            let voxel = self.voxel(i);
-            let (mut sum, mut count) = (0.0, 0);
-            for (axis, step) in [1, width, width * height].into_iter().enumerate() {
-                let ahead = (voxel[axis] + 2 < self.sides[axis]).then(|| [i + step, i + 2 * step]);
-                let behind = (voxel[axis] >= 2).then(|| [i - step, i - 2 * step]);
-                for [near, far] in ahead.into_iter().chain(behind) {
-                    let value = 2.0 * self.values[near] - self.values[far];
-                    if !value.is_nan() {
-                        (sum, count) = (sum + value, count + 1);
-                    }
+/// Unknown voxels `off` the support that two known ones in a row lead to, and their distances.
+fn straight(field: &Dense, off: impl Fn([usize; 3]) -> bool + Sync) -> Vec<(usize, f32)> {
+    let [width, height, _] = field.sides;
+    let next = |&i: &usize| {
+        let voxel = field.voxel(i);
+        let (mut sum, mut count) = (0.0, 0);
+        for (axis, step) in [1, width, width * height].into_iter().enumerate() {
+            let ahead = (voxel[axis] + 2 < field.sides[axis]).then(|| [i + step, i + 2 * step]);
+            let behind = (voxel[axis] >= 2).then(|| [i - step, i - 2 * step]);
+            for [near, far] in ahead.into_iter().chain(behind) {
+                let value = 2.0 * field.values[near] - field.values[far];
+                if !value.is_nan() {
+                    (sum, count) = (sum + value, count + 1);
                 }
             }
-            (count > 0 && off(voxel)).then(|| (i, sum / count as f32))
-        };
-        let unknown: Vec<usize> = (0..self.values.len()).filter(|&i| self.values[i].is_nan()).collect();
-        unknown.par_iter().filter_map(next).collect()
-    }
+        }
+        (count > 0 && off(voxel)).then(|| (i, sum / count as f32))
+    };
+    let unknown: Vec<usize> = (0..field.values.len()).filter(|&i| field.values[i].is_nan()).collect();
+    unknown.par_iter().filter_map(next).collect()
+}
 
-    /// Unknown voxels on the support next to known deviations: place, deviation and distance.
-    fn grow(&self, model: &Model<'_>, deviations: &[f32]) -> Vec<(usize, f32, f32)> {
-        let next = |i: usize| {
-            let deviation = self.mean_beside(i, deviations)?;
-            let (mean, _) = sample::far(model, self.voxel(i).map(|v| v as f32))?;
-            Some((i, deviation, mean + deviation))
-        };
-        let unknown = (0..self.values.len()).into_par_iter().filter(|&i| self.values[i].is_nan());
-        unknown.filter_map(next).collect()
-    }
+/// Unknown voxels on the support next to known deviations: place, deviation and distance.
+fn grow(field: &Dense, model: &Model<'_>, deviations: &[f32]) -> Vec<(usize, f32, f32)> {
+    let next = |i: usize| {
+        let deviation = field.mean_beside(i, deviations)?;
+        let (mean, _) = sample::far(model, field.voxel(i).map(|v| v as f32))?;
+        Some((i, deviation, mean + deviation))
+    };
+    let unknown = (0..field.values.len()).into_par_iter().filter(|&i| field.values[i].is_nan());
+    unknown.filter_map(next).collect()
 }
 
 #[cfg(test)]
@@ -104,7 +102,7 @@ mod tests {
         let plane = |x: usize, y: usize| 0.3 * x as f32 - 0.8 * y as f32 + 1.0;
         let values = (0..125).map(|i| if i % 5 < 3 { plane(i % 5, i / 5 % 5) } else { f32::NAN }).collect();
         let mut field = Dense { sides: [5; 3], values };
-        let grown = field.straight(|[_, y, _]| y > 1);
+        let grown = straight(&field, |[_, y, _]| y > 1);
         assert_eq!(grown.len(), 15);
         for (i, value) in grown {
             assert!(
@@ -113,6 +111,6 @@ mod tests {
             );
             field.values[i] = value;
         }
-        assert_eq!(field.straight(|_| true).len(), 15 + 10);
+        assert_eq!(straight(&field, |_| true).len(), 15 + 10);
     }
 }

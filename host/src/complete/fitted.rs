@@ -3,7 +3,7 @@
 use super::behind::{self, Deep};
 use super::cues::cues;
 use super::dense::Dense;
-use super::extrapolate::extrapolated;
+use super::extrapolate::{self, extrapolated};
 use super::merge::Merged;
 use super::start::Start;
 use super::support::Support;
@@ -83,7 +83,7 @@ impl<'m> Fitted<'m> {
             let millimetre = f64::from(model.header().scales.millimetre);
             support.limit(&mut drawn, &deviations, &measured, &self.placed, millimetre);
         }
-        drawn.extend(model, scan, &self.placed, &voxels);
+        extrapolate::extend(&mut drawn, model, scan, &self.placed, &voxels);
         drawn
     }
 
@@ -179,7 +179,7 @@ fn without_clutter(model: &Model<'_>, start: &Start, fit: &Fit) -> OrientedPoint
 #[cfg(test)]
 mod tests {
     use super::super::measured::scan_surface;
-    use super::super::{Options, fit_here, prepare};
+    use super::super::{Options, fit_here, prepare, zero_level};
     use super::*;
     use crate::io::{Format, parse_noted};
     use lacuna::Fixed;
@@ -194,10 +194,11 @@ mod tests {
         let fitted = Fitted::new(&model, &prepared.start, &fit);
         let measured = scan_surface(&prepared.scan, &model).expect("a surface").surface;
 
-        let seen = fitted.local.surface(&fitted.placed, 1);
+        let seen = zero_level::surface(&fitted.local, &fitted.placed, 1);
         let area = |seen: &Mesh| {
             let support = Support::of([seen, &Mesh::default()]);
-            fitted.drawn_to(&model, &measured, &support).surface(&fitted.placed, 1).area()
+            let drawn = fitted.drawn_to(&model, &measured, &support);
+            zero_level::surface(&drawn, &fitted.placed, 1).area()
         };
         let mut apart = crate::surface::shapes::sheet(9);
         let far = seen.bounds().expect("points").1 * 3.0;

@@ -184,7 +184,7 @@ pub fn complete_by(
     let placed = fitted.placed;
     let support = Support::of([&global, &local]);
     let drawn = fitted.drawn_to(model, &measured.surface, &support);
-    let whole = fair(&drawn.surface(&placed, options.finer), FAIRING);
+    let whole = fair(&zero_level::surface(&drawn, &placed, options.finer), FAIRING);
     if whole.triangles.is_empty() {
         return Err(Error::NoSurface(
             "the fitted distances have no zero level: the scan does not match the model",
@@ -227,7 +227,8 @@ fn fitted<'m>(
 ) -> Result<(Fit, Fitted<'m>, [Mesh; 2]), Error> {
     let fit = fit(start)?;
     let fitted = Fitted::new(model, start, &fit);
-    let surfaces = [&fitted.global, &fitted.local].map(|distances| distances.surface(&fitted.placed, 1));
+    let surfaces =
+        [&fitted.global, &fitted.local].map(|distances| zero_level::surface(distances, &fitted.placed, 1));
     Ok((fit, fitted, surfaces))
 }
 

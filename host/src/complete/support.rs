@@ -87,6 +87,7 @@ fn farthest(deviation: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::level::level;
+    use super::super::zero_level;
     use super::*;
     use lacuna::Pose;
 
@@ -117,13 +118,13 @@ mod tests {
     /// deviation.
     fn ends(deviation: f32, measured: bool) -> f64 {
         let mut field = peg_and_island();
-        let seen = field.surface(&PLACED, 1);
+        let seen = zero_level::surface(&field, &PLACED, 1);
         assert!((14.0..17.0).contains(&end(&seen)), "{}", end(&seen));
         level(&mut field, &[1.9; N * N * N], &[false; N * N * N]);
-        assert!(end(&field.surface(&PLACED, 1)) > 25.0, "bridged");
+        assert!(end(&zero_level::surface(&field, &PLACED, 1)) > 25.0, "bridged");
         let support = Support::of([&seen, &Mesh::default()]);
         support.limit(&mut field, &[deviation; N * N * N], &[measured; N * N * N], &PLACED, MILLIMETRE);
-        end(&field.surface(&PLACED, 1))
+        end(&zero_level::surface(&field, &PLACED, 1))
     }
 
     #[test]

@@ -22,49 +22,47 @@ pub fn memory(sides: [u16; 3], factor: usize) -> u64 {
     sides.into_iter().map(fine).fold(BYTES_A_VOXEL, u64::saturating_mul)
 }
 
-impl Dense {
-    /// The zero level in the scan's frame: largest piece without holes, rim trimmed, on a grid `factor` times as fine.
-    pub fn surface(&self, placed: &Placed, factor: usize) -> Mesh {
-        let fine = self.finer(factor.max(1));
-        let volume = Volume { dims: fine.sides, values: &fine.values };
-        let mesh = marching_cubes(&volume, &Point::origin(), 1.0 / factor.max(1) as f64);
-        let whole = close_holes(&largest_component(&mesh));
-        let narrow = if factor > 1 { NARROW } else { COARSE_NARROW };
-        let mut mesh = close_holes(&trim_rim(&close_holes(&open_rim(&whole, narrow)), factor.max(1)));
-        mesh.points.par_iter_mut().for_each(|p| *p = placed.to_scan(p));
-        mesh
-    }
+/// The zero level in the scan's frame: largest piece without holes, rim trimmed, on a grid `factor` times as fine.
+pub fn surface(field: &Dense, placed: &Placed, factor: usize) -> Mesh {
+    let fine = finer(field, factor.max(1));
+    let volume = Volume { dims: fine.sides, values: &fine.values };
+    let mesh = marching_cubes(&volume, &Point::origin(), 1.0 / factor.max(1) as f64);
+    let whole = close_holes(&largest_component(&mesh));
+    let narrow = if factor > 1 { NARROW } else { COARSE_NARROW };
+    let mut mesh = close_holes(&trim_rim(&close_holes(&open_rim(&whole, narrow)), factor.max(1)));
+    mesh.points.par_iter_mut().for_each(|p| *p = placed.to_scan(p));
+    mesh
+}
 
-    /// Interpolation to a finer grid by cubics along one axis after the other. Piecewise linear distances would scallop
-    /// the edges of thin parts, with the voxels' period.
-    fn finer(&self, factor: usize) -> Self {
-        let mut field = Self { sides: self.sides, values: self.values.clone() };
-        if factor > 1 {
-            (0..3).for_each(|axis| field = field.finer_along(axis, factor));
+/// Interpolation to a finer grid by cubics along one axis after the other. Piecewise linear distances would scallop
+/// the edges of thin parts, with the voxels' period.
+fn finer(field: &Dense, factor: usize) -> Dense {
+    let mut field = field.clone();
+    if factor > 1 {
+        (0..3).for_each(|axis| field = finer_along(&field, axis, factor));
+    }
+    field
+}
+
+fn finer_along(field: &Dense, axis: usize, factor: usize) -> Dense {
+    let mut sides = field.sides;
+    sides[axis] = (sides[axis] - 1) * factor + 1;
+    let step = [1, field.sides[0], field.sides[0] * field.sides[1]][axis];
+    let last = field.sides[axis] - 1;
+    let value = |i: usize| {
+        let mut voxel = raster::voxel(sides, i);
+        let (low, part) = (voxel[axis] / factor, voxel[axis] % factor);
+        voxel[axis] = low;
+        let at = raster::index(field.sides, voxel);
+        if part == 0 {
+            return field.values[at];
         }
-        field
-    }
-
-    fn finer_along(&self, axis: usize, factor: usize) -> Self {
-        let mut sides = self.sides;
-        sides[axis] = (sides[axis] - 1) * factor + 1;
-        let step = [1, self.sides[0], self.sides[0] * self.sides[1]][axis];
-        let last = self.sides[axis] - 1;
-        let value = |i: usize| {
-            let mut voxel = raster::voxel(sides, i);
-            let (low, part) = (voxel[axis] / factor, voxel[axis] % factor);
-            voxel[axis] = low;
-            let at = raster::index(self.sides, voxel);
-            if part == 0 {
-                return self.values[at];
-            }
-            let before = if low > 0 { self.values[at - step] } else { f32::NAN };
-            let behind = if low + 1 < last { self.values[at + 2 * step] } else { f32::NAN };
-            cubic([before, self.values[at], self.values[at + step], behind], part as f32 / factor as f32)
-        };
-        let values = (0..raster::len(sides)).into_par_iter().map(value).collect();
-        Self { sides, values }
-    }
+        let before = if low > 0 { field.values[at - step] } else { f32::NAN };
+        let behind = if low + 1 < last { field.values[at + 2 * step] } else { f32::NAN };
+        cubic([before, field.values[at], field.values[at + step], behind], part as f32 / factor as f32)
+    };
+    let values = (0..raster::len(sides)).into_par_iter().map(value).collect();
+    Dense { sides, values }
 }
 
 /// Between the second and the third of four values in a row (Catmull and Rom 1974); an unknown outer one is taken to
@@ -91,7 +89,7 @@ mod tests {
     #[test]
     fn a_finer_grid_interpolates_and_keeps_the_known_voxels() {
         let values = (0..27).map(|i| if i == 26 { f32::NAN } else { (i % 3) as f32 }).collect();
-        let fine = Dense { sides: [3; 3], values }.finer(2);
+        let fine = finer(&Dense { sides: [3; 3], values }, 2);
         assert_eq!(fine.sides, [5; 3]);
         assert_eq!(&fine.values[..5], [0.0, 0.5, 1.0, 1.5, 2.0]);
         assert_eq!(fine.values[4 * 25 + 4 * 5 + 2], 1.0);
@@ -102,7 +100,7 @@ mod tests {
     fn between_voxels_a_bent_distance_stays_bent() {
         let square = |x: f32| (x - 2.2) * (x - 2.2);
         let values = (0..5 * 5 * 5).map(|i| square((i / 5 % 5) as f32)).collect();
-        let fine = Dense { sides: [5; 3], values }.finer(4);
+        let fine = finer(&Dense { sides: [5; 3], values }, 4);
         let along = |y: usize| fine.values[y * 17];
         // Inside; in the outermost cells the row is taken to go on straight.
         (4..=12).for_each(|y| assert!((along(y) - square(y as f32 / 4.0)).abs() < 1e-5, "{y}"));
