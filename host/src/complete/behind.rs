@@ -20,7 +20,7 @@ const BESIDE: f64 = 8.0;
 /// How far from the surfaces, the scan's and the fitted one, distances change, voxels.
 const AROUND: f64 = 3.0;
 /// A fit that is nearer to a point than this has followed it, voxels.
-pub const SETTLED: f64 = 0.5;
+pub const FOLLOWED: f64 = 0.5;
 /// So many of them within [`TOGETHER`], itself among them, make a point one of a surface and no stray.
 const FEWEST: usize = 8;
 /// Voxels.
@@ -45,7 +45,7 @@ pub struct Deep {
 pub fn deep_points([global, local]: [&Dense; 2], points: &[(Point, Vector)], deep: f64) -> Vec<Deep> {
     let found = |&(place, normal): &(Point, Vector)| {
         let (distance, gradient) = global.at(&place)?;
-        let missed = local.at(&place).is_some_and(|(distance, _)| distance.abs() > SETTLED);
+        let missed = local.at(&place).is_some_and(|(distance, _)| distance.abs() > FOLLOWED);
         let behind = -distance > deep && missed && gradient.dot(&normal) > 0.0;
         behind.then_some(Deep { place, normal, depth: -distance })
     };

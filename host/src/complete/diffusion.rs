@@ -16,7 +16,7 @@
 
 use super::behind::{self, Deep};
 use super::dense::Dense;
-use super::unsettled::{sound, unsettled};
+use super::diverged::{diverged, sound};
 use crate::mesh::Point;
 use rayon::prelude::*;
 
@@ -31,7 +31,7 @@ const ROUNDS: usize = 40;
 
 /// Diffuses the deviation of `local` from `global` out of the measured voxels; `points` are the scan's, in voxels.
 /// `scan` tells its own distance at a voxel, where it has one. It is taken at measured voxels around what is `behind` the
-/// fit, to which the deviations beside are drawn. Where the fit did not settle, which a node spreads over
+/// fit, to which the deviations beside are drawn. Where the fit diverged, which a node spreads over
 /// `reach` voxels, measured voxels take that and all others nothing of what was fitted. Returns which voxels are measured.
 pub fn diffuse(
     local: &mut Dense,
@@ -42,15 +42,15 @@ pub fn diffuse(
     scan: impl Fn(usize) -> Option<f32> + Sync,
 ) -> Vec<bool> {
     let mut measured = local.mark(points, 1, |voxel, point| (voxel - point).norm() <= NEAR);
-    let unsettled = unsettled(local, global, &mut measured, reach, &scan);
+    let diverged = diverged(local, global, &mut measured, reach, &scan);
     let deviation = |(i, (l, g)): (usize, (&f32, &f32))| {
         // Not simply zero: where one of both is unknown, so is the deviation.
-        if unsettled[i] && !measured[i] { (l - g) * 0.0 } else { l - g }
+        if diverged[i] && !measured[i] { (l - g) * 0.0 } else { l - g }
     };
     let mut fitted: Vec<f32> = local.values.iter().zip(&global.values).enumerate().map(deviation).collect();
     for (i, deviation) in behind::drawn(local, &fitted, behind) {
         // A measured voxel that the fit has followed stays; what is not measured follows those that are.
-        if measured[i] && f64::from((deviation - fitted[i]).abs()) <= behind::SETTLED {
+        if measured[i] && f64::from((deviation - fitted[i]).abs()) <= behind::FOLLOWED {
             continue;
         }
         fitted[i] = deviation;
@@ -60,7 +60,7 @@ pub fn diffuse(
             (local.values[i], fitted[i]) = (own, own - global.values[i]);
         }
     }
-    let hold = |i: usize| if unsettled[i] { 0.0 } else { HOLD };
+    let hold = |i: usize| if diverged[i] { 0.0 } else { HOLD };
     let free: Vec<usize> = (0..fitted.len()).filter(|&i| !fitted[i].is_nan() && !measured[i]).collect();
     let deviations = relaxed(global, &fitted, &free, hold);
     free.iter().for_each(|&i| local.values[i] = global.values[i] + deviations[i]);

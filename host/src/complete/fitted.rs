@@ -65,7 +65,7 @@ impl<'m> Fitted<'m> {
         Placed { centre: Point::origin(), ..self.placed }
     }
 
-    /// The local fit's distances: without what did not settle, with the volume to be expected where nobody looked, no
+    /// The local fit's distances: without what diverged, with the volume to be expected where nobody looked, no
     /// farther from the fits than these support, and the scan's own beyond what the model stores.
     pub fn drawn_to(&self, model: &Model<'_>, scan: &Surface, support: &Support) -> Dense {
         let (mut drawn, centred) = (self.local.clone(), self.centred());

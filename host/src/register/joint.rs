@@ -43,7 +43,7 @@ pub fn refined(
 
 /// The pose refined with those points that may belong to the class, thinned to about `MANY` of them ([`every_nth`]), and what
 /// it explains of all points.
-pub fn settled(
+pub fn refined_by_many(
     model: &Model<'_>,
     field: &Field,
     points: &OrientedPoints,

@@ -34,7 +34,7 @@ pub use placed::Placed;
 use planes::without_planes;
 use rank::{Scored, among_clutter, hopeless, next_best, ranked, sure};
 use scene::Scene;
-use trim::settled_alone;
+use trim::settled;
 
 /// Fewest points that a pose is found for.
 pub const FEWEST_POINTS: usize = 60;
@@ -240,7 +240,7 @@ pub fn refine_hint(model: &Model<'_>, scan: &Mesh, hint: &Placed) -> Result<Regi
     let field = Field::of_model(model);
     let foreground = Foreground::new(scan, &field, model, SEED);
     let (points, rough) = (&foreground.points, hint.about(foreground.centre).pose);
-    Ok(foreground.registration(model, settled_alone(model, &field, points, rough)?, 0.0))
+    Ok(foreground.registration(model, settled(model, &field, points, rough)?, 0.0))
 }
 
 /// Iterations that draw the model as a whole to a shape.

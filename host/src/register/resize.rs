@@ -4,7 +4,7 @@
 use super::field::Field;
 use super::joint::near;
 use super::rank::{Scored, hopeless, ranked};
-use super::trim::settled_alone;
+use super::trim::settled;
 use crate::mesh::{Point, Vector};
 use crate::points::OrientedPoints;
 use lacuna::{Model, Pose};
@@ -28,7 +28,7 @@ pub fn resized(
         };
         let (pose, explained) = (best.pose, best.explained);
         let middle = middle(points, &near(field, points, &pose));
-        let other = |&growth: &f32| settled_alone(model, field, points, grown(&pose, &middle, growth)).ok();
+        let other = |&growth: &f32| settled(model, field, points, grown(&pose, &middle, growth)).ok();
         finals.extend(GROWTHS.par_iter().filter_map(other).collect::<Vec<_>>());
         finals = ranked(finals);
         if finals[0].explained <= explained {

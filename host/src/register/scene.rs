@@ -6,7 +6,7 @@ use super::joint::refined;
 use super::rank::{Scored, convincing, finals, hopeless, likeliest, ranked};
 use super::resize::resized;
 use super::search::{Effort, Search};
-use super::trim::{beside, settled_alone};
+use super::trim::{beside, settled};
 use super::{FEWEST_POINTS, GLANCE};
 use crate::points::OrientedPoints;
 use lacuna::Model;
@@ -60,8 +60,8 @@ impl Scene<'_> {
         }
         let [finals, rest] = finals(field, found, FINALS, MOST_FINALS);
         // One that drifts off the model on the way leaves the others.
-        let settled = |other: &Scored| settled_alone(model, field, points, other.pose).ok();
-        let finals = ranked(finals.par_iter().filter_map(settled).collect());
+        let last = |other: &Scored| settled(model, field, points, other.pose).ok();
+        let finals = ranked(finals.par_iter().filter_map(last).collect());
         [resized(model, field, points, finals), rest]
     }
 

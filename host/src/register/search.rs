@@ -43,9 +43,9 @@ const MOST_SCENES: f64 = 8.0;
 const GUESS: f64 = 10.0;
 /// Gates of the steps after them, then with more points.
 const DRAW: [f64; 6] = [16.0, 16.0, 14.0, 12.0, 10.0, 8.0];
-const SETTLE: [f64; 4] = [8.0, 7.0, 6.0, 6.0];
+const DRAW_AGAIN: [f64; 4] = [8.0, 7.0, 6.0, 6.0];
 /// Poses that are compared again with more points, for each one returned.
-const SETTLED: usize = 4;
+const DRAWN_AGAIN: usize = 4;
 /// Shortest pair, and the width of a bin of lengths, class millimetres.
 const NEAREST: f64 = 45.0;
 const WIDTH: f64 = 6.0;
@@ -97,9 +97,9 @@ impl<'a> Search<'a> {
             .flat_map_iter(|stream| self.guesses(turn * streams + stream, effort))
             .collect();
         let size = self.field.size;
-        let drawn = self.inside(self.settled(&self.probes[1], &guesses, &DRAW));
-        let drawn = distinct(drawn, size, SETTLED * effort.candidates);
-        distinct(self.inside(self.settled(&self.probes[2], &drawn, &SETTLE)), size, effort.candidates)
+        let drawn = self.inside(self.stepped(&self.probes[1], &guesses, &DRAW));
+        let drawn = distinct(drawn, size, DRAWN_AGAIN * effort.candidates);
+        distinct(self.inside(self.stepped(&self.probes[2], &drawn, &DRAW_AGAIN)), size, effort.candidates)
     }
 
     /// The poses that do not have a size at the border of the possible, for they were on the way beyond it; all where there
@@ -116,15 +116,15 @@ impl<'a> Search<'a> {
     }
 
     /// Steps towards the surface, then what is explained.
-    fn settled(&self, probe: &Probe, from: &[Candidate], gates: &[f64]) -> Vec<Candidate> {
+    fn stepped(&self, probe: &Probe, from: &[Candidate], gates: &[f64]) -> Vec<Candidate> {
         let step = |pose, &gate: &f64| self.bounded(probe, probe.step(self.field, &pose, gate));
-        let settled = |candidate: &Candidate| {
+        let stepped = |candidate: &Candidate| {
             let pose = gates.iter().fold(candidate.pose, step);
             let factor = pose.scaling() / self.unit_scale;
             let gate = gates.last().copied().unwrap_or(GUESS);
             Candidate { pose, quality: probe.explained(self.field, &pose, gate) * factor }
         };
-        from.par_iter().map(settled).collect()
+        from.par_iter().map(stepped).collect()
     }
 
     /// The pose with the scan in the nearest possible size: a scene is explained best when it is shrunk until most of it is

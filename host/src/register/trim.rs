@@ -3,7 +3,7 @@
 //! is beside.
 
 use super::field::Field;
-use super::joint::{MANY, every_nth, fitted, near, scored, settled, signed_distance};
+use super::joint::{MANY, every_nth, fitted, near, refined_by_many, scored, signed_distance};
 use super::rank::{SIZES, Scored};
 use crate::points::OrientedPoints;
 use lacuna::corners::Weights;
@@ -19,17 +19,18 @@ const MISFIT: f32 = 1.0;
 /// Most turns; it ends sooner when a turn finds no better pose.
 const TURNS: usize = 4;
 
-/// A rough pose settled, and then without what lies beside the shape where clutter may mislead it.
+/// A rough pose refined, and then again without what lies beside the shape where clutter may mislead it:
+/// [`Hint::Settled`](lacuna::pose_fit::Hint::Settled).
 ///
 /// # Errors
-/// As for [`settled`].
-pub fn settled_alone(
+/// As for [`refined_by_many`].
+pub fn settled(
     model: &Model<'_>,
     field: &Field,
     points: &OrientedPoints,
     rough: Pose,
 ) -> Result<Scored, lacuna::Error> {
-    Ok(trimmed(model, field, points, settled(model, field, points, rough)?))
+    Ok(trimmed(model, field, points, refined_by_many(model, field, points, rough)?))
 }
 
 /// The pose, or a better one where clutter may mislead it.

@@ -9,7 +9,7 @@
 use super::generalised::towards_mean;
 use super::jitter::{Apart, apart, keep_frame};
 use super::mean_shape::Shape;
-use super::settle::settle;
+use super::realign::realign;
 use crate::check::encloses;
 use crate::check::inwards::outwardness;
 use crate::distance::Surface;
@@ -186,7 +186,7 @@ fn by_search(
             failed.push(searched);
             continue;
         };
-        settle(prepared, &mut motions, seed);
+        realign(prepared, &mut motions, seed);
         let aligned = moved(shapes, motions, |_| Way::Searched);
         let aligned = Aligned { strangers: strangers(&aligned.shapes)?, ..aligned };
         if !most(aligned.strangers.len(), shapes.len() - 1) {
@@ -530,7 +530,7 @@ mod tests {
         let before = least(&motions);
         let mut bent = motions.clone();
         bend(&prepared, &mut bent, &[false; 2]);
-        settle(&prepared, &mut motions, 1);
+        realign(&prepared, &mut motions, 1);
         let (bent, after) = (least(&bent), least(&motions));
         assert!(after > before - 0.05, "{before} before, {after} after");
         assert!(bent < after, "{bent} by deformations, {after} without");
@@ -541,7 +541,7 @@ mod tests {
         let shapes = [bottle(215.0, 44.5), bottle(220.0, 43.0), bottle(210.0, 46.0)];
         let over = Similarity3::new(Vector::new(0.0, 0.0, 210.0), Vector::x() * (TAU / 2.0), 1.0);
         let mut motions = vec![Similarity3::identity(), Similarity3::identity(), over];
-        settle(&all_prepared(&shapes), &mut motions, 1);
+        realign(&all_prepared(&shapes), &mut motions, 1);
         let up = motions.iter().map(|motion| (motion * Vector::z()).normalize());
         let up: Vec<Vector> = up.collect();
         assert!(up.iter().all(|axis| axis.dot(&up[0]) > 0.99), "{up:?}");

@@ -20,8 +20,8 @@ pub mod pca;
 mod plan;
 pub mod prepared;
 pub mod propagate;
+mod realign;
 mod settings;
-mod settle;
 pub mod symmetry;
 pub mod views;
 

@@ -1,4 +1,4 @@
-//! Finds where the local fit did not settle: it is farther off the very points it was fitted to than the global fit,
+//! Finds where the local fit diverged: it is farther off the very points it was fitted to than the global fit,
 //! which it started from.
 //!
 //! A node that only a few voxels at the end of the stored ones tell about may run off to distances of many voxels, of
@@ -9,7 +9,7 @@ use crate::mesh::{Point, Vector};
 use rayon::prelude::*;
 
 /// By how much farther off a measured voxel's distance the local fit must be than the global one, voxels. Where it
-/// settled it is nearer, but for a fraction of a voxel.
+/// converged it is nearer, but for a fraction of a voxel.
 const MISS: f32 = 0.5;
 /// How far the scan's distance may be from the global fit's to be taken, voxels: farther off it may be something else
 /// (a collar), and the surface would tear on its way there.
@@ -20,7 +20,7 @@ const STEEPEST: f32 = 1.1;
 /// Marks the voxels at most `reach` steps along each axis off a measured one at which `local` misses `scan`, the scan's
 /// own distance at a voxel where it has one. Measured voxels among them take that distance; those without it, or far
 /// off the `global` fit, are no longer measured. A distance that those beside it contradict tells nothing.
-pub fn unsettled(
+pub fn diverged(
     local: &mut Dense,
     global: &Dense,
     measured: &mut [bool],
@@ -82,7 +82,7 @@ mod tests {
             _ if i % N < 8 => Some(height(i) + 3.0),
             _ => Some(height(i)),
         };
-        let around = unsettled(&mut fit, &global, &mut measured, 2, own);
+        let around = diverged(&mut fit, &global, &mut measured, 2, own);
         assert_eq!(around.iter().filter(|around| **around).count(), 125);
         assert_eq!((fit.values[miss], fit.values[miss + 2]), (height(miss), height(miss)));
         assert!(measured[miss] && !measured[miss + 1] && !measured[miss - 1]);
@@ -103,11 +103,11 @@ mod tests {
             (local, global, measured)
         };
         let (mut local, global, mut measured) = fields();
-        assert!(!unsettled(&mut local, &global, &mut measured, 2, own).contains(&true));
+        assert!(!diverged(&mut local, &global, &mut measured, 2, own).contains(&true));
         // Next to a real miss it stays as it was fitted, and measured.
         let (mut local, global, mut measured) = fields();
         local.values[folded - 1] = -9.0;
-        assert!(unsettled(&mut local, &global, &mut measured, 2, own)[folded]);
+        assert!(diverged(&mut local, &global, &mut measured, 2, own)[folded]);
         assert_eq!((local.values[folded - 1], local.values[folded]), (1.5, 1.7));
         assert!(measured[folded]);
     }
@@ -121,11 +121,11 @@ mod tests {
     }
 
     #[test]
-    fn a_fit_that_settled_is_left_alone() {
+    fn a_fit_that_converged_is_left_alone() {
         let mut fit = Dense { sides: [N; 3], values: vec![0.5; N * N * N] };
         let global = Dense { sides: [N; 3], values: vec![1.5; N * N * N] };
         let mut measured = vec![true; N * N * N];
-        let around = unsettled(&mut fit, &global, &mut measured, 2, |i| (i % 2 == 0).then_some(0.0));
+        let around = diverged(&mut fit, &global, &mut measured, 2, |i| (i % 2 == 0).then_some(0.0));
         assert!(around.iter().all(|around| !around) && measured.iter().all(|measured| *measured));
         assert!(fit.values.iter().all(|value| *value == 0.5));
     }

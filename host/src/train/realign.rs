@@ -25,7 +25,7 @@ const TURNS: usize = 2;
 
 /// Moves the shapes to their mean as [`towards_mean`] does, and looks whether they lie better on it turned round, or, where
 /// they lie badly, anywhere.
-pub fn settle(shapes: &[Shape], motions: &mut [Similarity3<f64>], seed: u64) {
+pub fn realign(shapes: &[Shape], motions: &mut [Similarity3<f64>], seed: u64) {
     towards_mean(shapes, motions);
     for _ in 0..TURNS {
         let lay = lying(shapes, motions, WIDE);
@@ -60,16 +60,16 @@ fn turn(shapes: &[Shape], motions: &mut [Similarity3<f64>], seed: u64) -> bool {
 
 /// A pose in which clearly more of a shape lies together with the mean than where it lies, and how much more.
 fn better(shape: &Shape, mean: &Mean, pose: &Similarity3<f64>, seed: u64) -> Option<(f64, Similarity3<f64>)> {
-    let settled = |start| {
+    let drawn = |start| {
         let pose = GATES.iter().fold(start, |pose, &gate| stepped(shape, mean, pose, gate));
         (lies(shape, mean, &pose, WIDE), pose)
     };
-    let here = lies(shape, mean, pose, WIDE).max(settled(*pose).0);
+    let here = lies(shape, mean, pose, WIDE).max(drawn(*pose).0);
     let mut starts = turned(shape, mean, pose).to_vec();
     if here < POOR {
         starts.extend(searched(shape, mean, seed));
     }
-    let best = starts.into_iter().map(settled).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let best = starts.into_iter().map(drawn).max_by(|a, b| a.0.total_cmp(&b.0))?;
     (best.0 > here + BETTER).then_some((best.0 - here, best.1))
 }
 
