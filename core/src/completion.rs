@@ -7,8 +7,8 @@ use crate::arithmetic::Arithmetic;
 use crate::cloud::Cloud;
 use crate::corners::Weights;
 use crate::digest::digest;
+use crate::distance_cache::DistanceCache;
 use crate::error::Error;
-use crate::fitted::Fitted;
 use crate::global_fit::GlobalFit;
 use crate::hull::{Hull, HullBuilder, Reach};
 use crate::local_fit::LocalFit;
@@ -273,7 +273,7 @@ impl<'b, A: Arithmetic> Completion<'b, A> {
         let (pose, known) = (self.outcome.pose, !self.settings.rounds.is_empty());
         let symmetry = self.model.symmetry();
         let shape = Weights::new(self.shape);
-        let mut surface = Fitted::new(self.model, &shape, self.workspace.gradient);
+        let mut surface = DistanceCache::new(self.model, &shape, self.workspace.gradient);
         for index in *next..(*next + CHUNK).min(self.cloud.len()) {
             let Some((point, normal)) = self.cloud.point(index) else { continue };
             let (point, normal) = (pose.apply(point), pose.rotate(normal));

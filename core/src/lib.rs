@@ -88,7 +88,7 @@ pub mod columns;
 pub mod corner_rows;
 pub mod corners;
 pub mod cube;
-pub mod fitted;
+pub mod distance_cache;
 pub mod fixed;
 pub mod gradient;
 pub mod nodes;

@@ -92,12 +92,12 @@ pub(super) fn refine(
     rounds: &[Round],
 ) -> Result<Scored, lacuna::Error> {
     let packed = points.packed();
-    let (pose, shape) = fitted(model, packed.cloud()?, pose, rounds)?;
+    let (pose, shape) = pose_and_shape(model, packed.cloud()?, pose, rounds)?;
     Ok(scored(model, packed.cloud()?, pose, shape))
 }
 
 /// Pose and weights of the shape fitted to points.
-pub(super) fn fitted(
+pub(super) fn pose_and_shape(
     model: &Model<'_>,
     cloud: Cloud<'_>,
     pose: Pose,

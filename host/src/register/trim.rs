@@ -3,7 +3,7 @@
 //! is beside.
 
 use super::field::Field;
-use super::joint::{MANY, every_nth, fitted, near, refined_by_many, scored, signed_distance};
+use super::joint::{MANY, every_nth, near, pose_and_shape, refined_by_many, scored, signed_distance};
 use super::rank::{SIZES, Scored};
 use crate::points::OrientedPoints;
 use lacuna::corners::Weights;
@@ -57,7 +57,7 @@ fn once(
     let on_it = on(model, points, &near(field, points, &known.pose), known);
     let rounds = SETTLED.map(|round| Round { misfit: MISFIT, ..round });
     let chosen = points.chosen(&every_nth(&on_it, MANY[0])).packed();
-    let (pose, shape) = fitted(model, chosen.cloud()?, known.pose, &rounds)?;
+    let (pose, shape) = pose_and_shape(model, chosen.cloud()?, known.pose, &rounds)?;
     let near = near(field, points, &pose);
     let judges = points.chosen(&every_nth(&near, MANY[1])).packed();
     let share = near.len() as f64 / points.points.len().max(1) as f64;

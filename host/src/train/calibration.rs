@@ -88,10 +88,10 @@ pub fn calibrate(trials: &[Trial], model: &Model<'_>) -> Option<(Fit, Vec<[Optio
         return None;
     }
     let all: Vec<Member<'_>> = trials.iter().map(|trial| Member::new(trial, model)).collect();
-    let fit = fitted(&all.iter().collect::<Vec<_>>(), model)?;
+    let fit = fit_to(&all.iter().collect::<Vec<_>>(), model)?;
     let [even, odd] = [0, 1].map(|half| {
         let members: Vec<&Member<'_>> = all.iter().filter(|m| half_of(m.trial, trials) == half).collect();
-        fitted(&members, model)
+        fit_to(&members, model)
     });
     let halves = [even?, odd?];
     let counted = |member: &Member<'_>| member.counted(&halves[1 - half_of(member.trial, trials)]);
@@ -177,7 +177,7 @@ fn spread<T: Copy>(all: &[T]) -> Vec<T> {
 }
 
 /// What goes through the quantile of the errors of the typical scan.
-fn fitted(members: &[&Member<'_>], model: &Model<'_>) -> Option<Fit> {
+fn fit_to(members: &[&Member<'_>], model: &Model<'_>) -> Option<Fit> {
     let start = of_faces(model.header().scales.millimetre);
     let noise = members.iter().filter_map(|member| sigma(member.noise().into_iter()));
     let noise = median(noise.collect())?;

@@ -6,7 +6,7 @@ use lacuna::columns::LIMIT;
 use lacuna::corner_rows::Row;
 use lacuna::corners::Weights;
 use lacuna::cube::Cube;
-use lacuna::fitted::Fitted;
+use lacuna::distance_cache::DistanceCache;
 use lacuna::gradient::{CellGradient, GROUP, MARGIN, Taken};
 use lacuna::grid::position;
 use lacuna::hull::{Hull, Target};
@@ -130,7 +130,7 @@ proptest! {
         let model = model();
         let shape: Vec<f32> = weights.iter().map(|&weight| weight as f32).collect();
         let (shape, mut memory) = (Weights::new(&shape), vec![0i32; length]);
-        let mut kept = Fitted::new(&model, &shape, &mut memory);
+        let mut kept = DistanceCache::new(&model, &shape, &mut memory);
         let (points, mut stored) = (in_voxels(&head_points(1000), &voxel_pose(&model)), 0);
         for &(point, _) in &points {
             let single = Cube::new(&model, &shape).find(point).map(Cube::distance);

@@ -7,9 +7,9 @@ use crate::lent::Lent;
 use crate::model::Model;
 use crate::sample::Place;
 
-/// Distances M + b'·v at stored voxels.
+/// Distances M + b'·v at stored voxels, worked out when they are first asked for.
 #[derive(Debug)]
-pub struct Fitted<'m, 'b, W: Lent<u32>> {
+pub struct DistanceCache<'m, 'b, W: Lent<u32>> {
     model: &'m Model<'m>,
     weights: ScaledWeights<'m, 'b>,
     /// Number of a voxel, one more, and its distance; each voxel has one place, which others may take.
@@ -17,7 +17,7 @@ pub struct Fitted<'m, 'b, W: Lent<u32>> {
     mask: usize,
 }
 
-impl<'m, 'b, W: Lent<u32>> Fitted<'m, 'b, W> {
+impl<'m, 'b, W: Lent<u32>> DistanceCache<'m, 'b, W> {
     /// The surface of the weights `v` in memory of any length: zeros, or what was left there for the same surface.
     pub const fn new(model: &'m Model<'m>, weights: &'b Weights, memory: &'b mut [W]) -> Self {
         let slots = memory.as_chunks_mut().0;
