@@ -54,6 +54,16 @@ impl Mesh {
         (b - a).cross(&(c - a)).norm() / 2.0
     }
 
+    /// Whether triangle `index` has an area, however small it is.
+    pub fn has_area(&self, index: usize) -> bool {
+        let [a, b, c] = self.corners(index);
+        let (u, v) = (b - a, c - a);
+        // Scaled first, by a power of two and so exactly: the product of tiny edges would vanish.
+        let (_, exponent) = libm::frexp(u.amax().max(v.amax()));
+        let [u, v] = [u, v].map(|side| side.map(|c| libm::ldexp(c, -exponent)));
+        u.cross(&v).norm() > 0.0
+    }
+
     /// Unit normal of triangle `index`; zero for one without area.
     pub fn normal_of(&self, index: usize) -> Vector {
         let [a, b, c] = self.corners(index);
@@ -109,5 +119,24 @@ impl Mesh {
             }
         }
         sums.into_iter().map(|n| n.try_normalize(0.0).unwrap_or_else(Vector::zeros)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn triangles_of_any_size_have_an_area_unless_they_are_flat() {
+        for exponent in [-1000, -300, 0, 300] {
+            let has_area = |apex: [f64; 2]| {
+                let points = [[0.0, 0.0], [1.0, 3.0], apex].map(|[x, y]| Point::new(x, y, 0.0));
+                let points = points.map(|p| p.map(|c| libm::ldexp(c, exponent))).to_vec();
+                Mesh { points, triangles: vec![[0, 1, 2]], ..Mesh::default() }.has_area(0)
+            };
+            assert!(has_area([1.0, 0.0]), "2^{exponent}");
+            // Three times as far: divided by nine, and rounded, they would not lie on a line.
+            assert!(!has_area([3.0, 9.0]), "2^{exponent}");
+        }
     }
 }

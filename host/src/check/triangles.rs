@@ -14,21 +14,14 @@ const BOTH: f64 = 0.5;
 pub(super) fn check(checked: &mut Checked, flat: Flat) -> bool {
     let mesh = &mut checked.mesh;
     let before = mesh.triangles.len();
-    let covers = |&[a, b, c]: &[u32; 3]| {
-        let [a, b, c] = [a, b, c].map(|v| mesh.points[v as usize]);
-        // Scaled first: the product of tiny edges would vanish.
-        let (u, v) = (b - a, c - a);
-        let size = u.amax().max(v.amax());
-        size > 0.0 && (u / size).cross(&(v / size)).norm() > 0.0
-    };
-    let covering: Vec<bool> = mesh.triangles.iter().map(covers).collect();
-    if !covering.contains(&true) {
+    let with_area: Vec<bool> = (0..before).map(|t| mesh.has_area(t)).collect();
+    if !with_area.contains(&true) {
         let text = format!("none of its {before} triangles has an area; export the surface itself");
         checked.refused(text);
         return false;
     }
     if flat == Flat::LeftOut {
-        let mut kept = covering.iter();
+        let mut kept = with_area.iter();
         mesh.triangles.retain(|_| kept.next() == Some(&true));
         join_sides(checked);
     }

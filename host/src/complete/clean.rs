@@ -16,11 +16,11 @@ pub struct Cleaned {
     pub pieces: Vec<u32>,
 }
 
-/// The scan without small pieces and zero-area triangles, its points moved by others within `widest`.
+/// The scan without small pieces and triangles without area, its points moved by others within `widest`.
 pub fn clean(scan: &Mesh, widest: f64) -> Cleaned {
     let all = pieces(scan);
     let specks = specks(&all);
-    let counts = |i: usize| scan.is_cloud() || scan.area_of(i) > 0.0;
+    let counts = |i: usize| scan.is_cloud() || scan.has_area(i);
     let large = |i: usize| !specks[all[i] as usize];
     let taken = |i: usize| !large(i) && counts(i);
     let mut cleaned = keep(scan, |i| large(i) && counts(i));

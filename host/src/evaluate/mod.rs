@@ -88,7 +88,7 @@ pub enum Error {
         /// Training shapes.
         given: usize,
     },
-    /// A target without a surface.
+    /// A target without area.
     #[error("target {0} has no triangles with an area: targets are complete meshes")]
     NoSurface(String),
     /// Training.

@@ -10,7 +10,7 @@ pub enum Error {
     /// Fewer than two shapes.
     #[error("a model needs at least 2 training shapes, {0} given: add meshes")]
     TooFew(usize),
-    /// A mesh without triangles.
+    /// A shape without area.
     #[error("training shape {} has no triangles with an area: a model is trained on meshes, not on points", .0 + 1)]
     NoSurface(usize),
     /// All shapes are equal.
