@@ -106,7 +106,7 @@ impl Checked {
 
 /// Looks at a mesh or cloud for itself; what was repaired while it was read is the first that was found.
 pub fn mesh(loaded: Loaded) -> Checked {
-    mesh_with(loaded, Flat::LeftOut)
+    mesh_with(loaded, Flat::LeftOut).0
 }
 
 /// What becomes of triangles without area.
@@ -117,7 +117,8 @@ enum Flat {
     Kept,
 }
 
-fn mesh_with(loaded: Loaded, flat: Flat) -> Checked {
+/// The mesh that was looked at and, unless that cannot be used, the number of each triangle's piece.
+fn mesh_with(loaded: Loaded, flat: Flat) -> (Checked, Vec<u32>) {
     let mut checked = Checked { mesh: loaded.mesh, findings: Vec::new() };
     loaded.repairs.into_iter().for_each(|text| checked.repaired(text));
     origin::check(&mut checked);
@@ -127,23 +128,23 @@ fn mesh_with(loaded: Loaded, flat: Flat) -> Checked {
             strays::check(&mut checked);
             signs::check(&mut checked);
         }
-        return checked;
+        return (checked, vec![]);
     }
     if flat == Flat::LeftOut {
         soup::check(&mut checked);
     }
     let either_way = triangles::check(&mut checked, flat);
     if checked.is_refused() {
-        return checked;
+        return (checked, vec![]);
     }
     if flat == Flat::LeftOut {
         needles::check(&mut checked);
     }
     vertices::check(&mut checked);
     let edges = Edges::of(&checked.mesh);
-    edges::check(&mut checked, &edges, flat);
+    let pieces = edges::check(&mut checked, &edges, flat);
     winding::check(&mut checked, &edges, either_way);
-    checked
+    (checked, pieces)
 }
 
 /// As [`mesh`], for a mesh that may be meant for training.

@@ -7,7 +7,7 @@ use crate::io::Loaded;
 use crate::mesh::Mesh;
 use crate::quantile::median;
 use crate::size;
-use crate::surface::{components, keep_triangles, specks};
+use crate::surface::{keep_triangles, specks};
 use lacuna::format::Unit;
 
 /// Sizes farther than this factor from the usual one are not of one class in one unit.
@@ -83,9 +83,9 @@ fn correspond(shapes: &[Loaded]) -> bool {
 
 /// One training shape for itself.
 fn single(shape: Loaded, flat: Flat) -> Checked {
-    let mut checked = super::mesh_with(shape, flat);
-    if flat == Flat::LeftOut {
-        leave_specks_out(&mut checked);
+    let (mut checked, pieces) = super::mesh_with(shape, flat);
+    if flat == Flat::LeftOut && !checked.is_refused() {
+        leave_specks_out(&mut checked, &pieces);
     }
     if checked.mesh.triangles.is_empty() && !checked.is_refused() {
         checked.refused("it has no triangles: a model is trained on meshes, not on points".into());
@@ -101,10 +101,10 @@ fn single(shape: Loaded, flat: Flat) -> Checked {
     checked
 }
 
-/// Nobody looks at a training shape's specks again: a single one would make the grid larger and be learned.
-fn leave_specks_out(checked: &mut Checked) {
-    let pieces = components(&checked.mesh);
-    let specks = specks(&pieces);
+/// Leaves out the specks among the pieces: nobody looks at a training shape's again, and a single one would make the grid
+/// larger and be learned.
+fn leave_specks_out(checked: &mut Checked, pieces: &[u32]) {
+    let specks = specks(pieces);
     let before = checked.mesh.triangles.len();
     checked.mesh = keep_triangles(&checked.mesh, |i| !specks[pieces[i] as usize]);
     let left_out = before - checked.mesh.triangles.len();
