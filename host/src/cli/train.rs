@@ -9,11 +9,11 @@ use crate::io;
 use crate::mesh::Mesh;
 use crate::quantile::median;
 use crate::sentence::sentence;
-use crate::train::align::{self, Align};
+use crate::train::align::Align;
 use crate::train::calibration::{Trained, train_calibrated};
 use crate::train::held_out::{FEWEST, HeldOut};
 use crate::train::leave_one_out::{self, Row};
-use crate::train::{Footprint, Limits, Settings};
+use crate::train::{Footprint, Limits, Settings, strangers};
 use crate::{size, unit};
 use lacuna::Model;
 use lacuna::format::{MAX_MODES, Unit};
@@ -250,7 +250,7 @@ fn torn(
     }
     let times =
         (model.modes() > 1).then(|| format!(", {:.0} times the second one", deviation(0) / deviation(1)));
-    let farthest = align::farthest(shapes)?.map(|number| shapes::name(paths, number));
+    let farthest = strangers::farthest(shapes)?.map(|number| shapes::name(paths, number));
     Ok(Some(format!(
         "the first mode moves the surface by {} {}{}: shapes lie in different poses, or are not of one class{}; look at it \
          with `inspect --modes`",

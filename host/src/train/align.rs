@@ -10,13 +10,13 @@ use super::generalised::towards_mean;
 use super::jitter::{Apart, apart, keep_frame};
 use super::mean_shape::Shape;
 use super::realign::realign;
+use super::strangers::{Stranger, in_one_pose, length, most, patterns, scatter, sides, strangers};
 use crate::check::encloses;
 use crate::check::inwards::outwardness;
-use crate::distance::Surface;
 use crate::mesh::{Mesh, Point};
-use crate::points::{OrientedPoints, thin};
+use crate::points::OrientedPoints;
 use crate::register::field::Field;
-use crate::register::partners::{Partners, Side, partners};
+use crate::register::partners::Side;
 use crate::register::search::{Candidate, Effort, Search};
 use nalgebra::{Similarity3, Translation3, UnitQuaternion};
 use rayon::prelude::*;
@@ -45,17 +45,6 @@ pub struct Aligned {
     pub way: Way,
     /// Those that do not lie where most do, although they are trained on together.
     pub strangers: Vec<Stranger>,
-}
-
-/// A shape that does not lie where most do.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stranger {
-    /// Which, counted from zero.
-    pub number: usize,
-    /// The one that it was compared with, where most lie.
-    pub pattern: usize,
-    /// Share of the points of both that found a partner on the other.
-    pub overlap: f64,
 }
 
 /// How shapes came into one pose.
@@ -120,12 +109,6 @@ pub enum Error {
     Turned(usize),
 }
 
-/// Partners are looked for within this share of the size.
-const GATE: f64 = 0.1;
-
-/// Median distance, share of the size, and overlap within which shapes count as in one pose. Among 90 aligned
-/// faces the largest differs from the first by 0.051 with an overlap of 0.86.
-const SAME_POSE: (f64, f64) = (0.06, 0.6);
 /// Turn about each axis, root mean square, radians (12 degrees), beyond which shapes that were in one pose are looked at again
 /// after they were drawn to their mean. Faces, insoles and vertebrae are turned by 1.2 degrees, caps of skulls by 6.5. Femurs
 /// that had been spun came together by 15; caps whose rims end at different places ran away by 35, and their mean closed.
@@ -134,8 +117,6 @@ const FAR: f32 = 0.21;
 const EFFORT: Effort = Effort { draws: 1500, kept: 24, candidates: 1 };
 /// Share of a shape's area that its pose must explain, at least.
 const LEAST: f64 = 0.3;
-/// Shapes that the others are compared with, or searched for on, until most are like one of them.
-const PATTERNS: usize = 3;
 /// Open meshes from which on triangles face outwards without doubt (see [`outwardness`]): faces are at 0.64 or more, whole and
 /// nearly whole scans at 0.59, those of one view at 0.46 at most.
 const OUTWARDS: f64 = 0.5;
@@ -197,18 +178,6 @@ fn by_search(
         }
     }
     best.ok_or_else(|| odd_one(&failed))
-}
-
-/// Shapes that the others are compared with, the first one before all.
-fn patterns(count: usize) -> Vec<usize> {
-    // Of two, nobody knows which is the odd one.
-    let last = if count > 2 { PATTERNS } else { 1 };
-    (0..last.min(count)).map(|turn| turn * (count - 1) / last.saturating_sub(1).max(1)).collect()
-}
-
-/// Whether so many are most of all but one.
-const fn most(number: usize, others: usize) -> bool {
-    2 * number > others
 }
 
 /// Searches for the poses of all shapes on one of them.
@@ -304,13 +273,13 @@ fn inverted(points: &OrientedPoints) -> OrientedPoints {
     OrientedPoints { points: points.points.clone(), normals: points.normals.iter().map(|n| -n).collect() }
 }
 
-/// Shapes in one pose, drawn to their mean by these motions unless those ran away; `sides` are the shapes as they lie.
-fn drawn_or_kept(shapes: &[Mesh], sides: &[Side], motions: Vec<Similarity3<f64>>) -> Aligned {
+/// Shapes in one pose, drawn to their mean by these motions unless those ran away; `before` are the shapes as they lie.
+fn drawn_or_kept(shapes: &[Mesh], before: &[Side], motions: Vec<Similarity3<f64>>) -> Aligned {
     let drawn = moved(shapes, motions, Way::Drawn);
     let far = drawn.way.apart().filter(|apart| apart.turn > FAR);
     let farther = || {
         let size = length(&shapes[0]);
-        self::sides(&drawn.shapes).map_or(true, |drawn| scatter(&drawn, size) > scatter(sides, size))
+        sides(&drawn.shapes).map_or(true, |drawn| scatter(&drawn, size) > scatter(before, size))
     };
     match far {
         Some(far) if farther() => {
@@ -321,87 +290,10 @@ fn drawn_or_kept(shapes: &[Mesh], sides: &[Side], motions: Vec<Similarity3<f64>>
     }
 }
 
-/// How badly shapes lie on the first one, which is so long: median distance over overlap, of all of them.
-fn scatter(sides: &[Side], size: f64) -> f64 {
-    let [first, others @ ..] = sides else { return 0.0 };
-    let here = others.iter().map(|side| partners(side, first, GATE * size));
-    here.map(|here| here.median / here.overlap).sum()
-}
-
-/// Longest side of a shape's bounds.
-fn length(mesh: &Mesh) -> f64 {
-    mesh.bounds().map_or(1.0, |(low, high)| (high - low).max())
-}
-
 fn moved(shapes: &[Mesh], motions: Vec<Similarity3<f64>>, way: impl FnOnce(Option<Apart>) -> Way) -> Aligned {
     let way = way(apart(shapes, &motions));
     let moved = shapes.iter().zip(&motions).map(|(mesh, motion)| mesh.moved(motion)).collect();
     Aligned { shapes: moved, motions, way, strangers: vec![] }
-}
-
-/// Shapes that do not lie where most do: where the first one does, or, where most lie elsewhere, the one of some that most
-/// lie with.
-fn strangers(shapes: &[Mesh]) -> Result<Vec<Stranger>, Error> {
-    let sides = sides(shapes)?;
-    let mut fewest: Option<Vec<Stranger>> = None;
-    for pattern in patterns(shapes.len()) {
-        let strangers = elsewhere(&sides, pattern, length(&shapes[pattern]));
-        if !most(strangers.len(), shapes.len() - 1) {
-            return Ok(strangers);
-        }
-        if fewest.as_ref().is_none_or(|fewest| strangers.len() < fewest.len()) {
-            fewest = Some(strangers);
-        }
-    }
-    Ok(fewest.unwrap_or_default())
-}
-
-/// Shapes that do not lie where the pattern does, which is so long.
-fn elsewhere(sides: &[Side], pattern: usize, size: f64) -> Vec<Stranger> {
-    let others = sides.iter().enumerate().filter(|(number, _)| *number != pattern);
-    let here = others.map(|(number, side)| (number, partners(side, &sides[pattern], GATE * size)));
-    let strangers = here.filter(|(_, here)| !together(here, size));
-    strangers.map(|(number, here)| Stranger { number, pattern, overlap: here.overlap }).collect()
-}
-
-/// The shape of which least lies where others do, if there are three or more.
-///
-/// # Errors
-/// A shape without area.
-pub fn farthest(shapes: &[Mesh]) -> Result<Option<usize>, Error> {
-    if shapes.len() < 3 {
-        return Ok(None);
-    }
-    let sides = sides(shapes)?;
-    let overlap = |number: usize| {
-        let others = patterns(shapes.len()).into_iter().filter(|&pattern| pattern != number);
-        let gate = |pattern: usize| GATE * length(&shapes[pattern]);
-        let here = others.map(|pattern| partners(&sides[number], &sides[pattern], gate(pattern)).overlap);
-        here.fold(0.0, f64::max)
-    };
-    Ok((0..shapes.len()).min_by(|&a, &b| overlap(a).total_cmp(&overlap(b))))
-}
-
-fn sides(shapes: &[Mesh]) -> Result<Vec<Side>, Error> {
-    let side = |(number, mesh): (usize, &Mesh)| {
-        let surface = Surface::new(mesh).ok_or(Error::NoSurface(number))?;
-        Ok(Side { surface, points: even(mesh, 1500.0) })
-    };
-    shapes.par_iter().enumerate().map(side).collect()
-}
-
-/// About `count` points, evenly over the surface.
-fn even(mesh: &Mesh, count: f64) -> OrientedPoints {
-    let area = mesh.area();
-    thin(mesh, (area / count).sqrt().max(f64::MIN_POSITIVE))
-}
-
-fn in_one_pose(side: &Side, first: &Side, size: f64) -> bool {
-    together(&partners(side, first, GATE * size), size)
-}
-
-fn together(here: &Partners, size: f64) -> bool {
-    here.median < SAME_POSE.0 * size && here.overlap > SAME_POSE.1
 }
 
 /// A shape's motion to another one, roughly, or what the best pose explains of it, which is too little.
@@ -570,18 +462,5 @@ mod tests {
         let fifth = odd_one(&[found(0, &[5]), found(3, &[5]), found(7, &[5])]);
         assert!(matches!(fifth, Error::NoMatch { number: 5, .. }), "{fifth}");
         assert_eq!((patterns(2), patterns(3), patterns(8)), (vec![0], vec![0, 1, 2], vec![0, 3, 7]));
-    }
-
-    /// Of shapes that were not aligned, not those that lie together are told.
-    #[test]
-    fn a_first_shape_that_lies_elsewhere_is_the_stranger() {
-        let heads = [0, 1, 2].map(|number| Head::sample(1, number).mesh());
-        let mut plate = heads[0].clone();
-        plate.points.iter_mut().for_each(|p| p.y *= 0.02);
-        let [a, b, c] = heads;
-        let found = align(&[plate, a, b, c], Align::Never, 1, &|_, _| ()).unwrap();
-        let numbers: Vec<usize> = found.strangers.iter().map(|stranger| stranger.number).collect();
-        assert_eq!(numbers, [0]);
-        assert_eq!(farthest(&found.shapes).unwrap(), Some(0));
     }
 }

@@ -22,6 +22,7 @@ pub mod prepared;
 pub mod propagate;
 mod realign;
 mod settings;
+pub mod strangers;
 pub mod symmetry;
 pub mod views;
 
