@@ -4,37 +4,24 @@
 //! nearest neighbours of each point, then one side for all of a connected piece, carried along the minimum
 //! spanning tree of the neighbourhood graph with weights 1 − |nᵢ·nⱼ|. The data alone do not tell outside from
 //! inside. The last step is a heuristic: see [`estimate`].
-//!
-//! The work is done on the distinct positions, scaled to [−1, 1] and rounded to multiples of 2⁻⁴⁸. Exact copies
-//! of a point therefore do not fill up neighbourhoods, no square overflows, and every midpoint that the
-//! search tree computes is exact, without which it need not end.
 
-use crate::cubes::{Cube, around, cube};
+mod agreeing;
+mod neighbourhoods;
+mod neighbours;
+mod sides;
+
+pub use agreeing::agreeing;
+pub use neighbours::{Neighbour, neighbours};
+pub use sides::View;
+
 use crate::mesh::{Point, Vector};
-use crate::picks::evenly;
-use nabo::{KDTree, NotNan};
 use nalgebra::{Matrix3, SymmetricEigen};
+use neighbourhoods::{distinct, neighbourhoods, separated};
 use rayon::prelude::*;
-use std::collections::HashMap;
+use sides::{agree, turn_outwards};
 
-/// Points in a neighbourhood, its centre included.
-const FEW: u32 = 16;
-/// The same where the nearest lie on a line, as they do along the stripes of a line scanner.
-const MANY: u32 = 64;
-/// Farther than this many radii of its own neighbourhood, a point belongs to another piece of surface.
-const REACH: f64 = 3.0;
 /// Neighbours spread over a strip this narrow, width² : length², are collinear up to single precision.
 const NARROW: f64 = 1e-6;
-/// Steps of the rounded coordinates in a unit.
-const STEPS: f64 = (1u64 << 48) as f64;
-/// Edge of the cubes whose centroids tell outside from inside, in half extents of the cloud.
-const CUBE: f64 = 0.125;
-/// A vote on the side of a piece counts from this height over the centroid, in half extents of the cloud.
-const LEVEL: f64 = 1e-9;
-/// Mean normals longer than this are those of a view from one side: a hemisphere has 1/2, a plane 1.
-const ONE_SIDED: f64 = 0.65;
-/// A piece with less of its mean normal along the view decides by itself.
-const CLEARLY: f64 = 0.2;
 
 /// Unit normals of a cloud, one a point, in the order of `points`; any unit, any position.
 ///
@@ -59,150 +46,6 @@ pub fn estimate(points: &[Point]) -> Vec<Vector> {
     place_of.iter().map(|place| place.map_or_else(Vector::zeros, |p| normals[p])).collect()
 }
 
-/// Neighbours that rise more than this out of a point's plane, as a share of their distance, are on the other side of a sheet.
-const SHEET: f64 = 0.5;
-/// A side that so few of a piece's normals face is the wrong one. Of six scans with the sign of the largest component 63 to 77 %
-/// faced inwards, so a mere majority tells nothing.
-const FEW_FACE: f64 = 0.1;
-
-/// The normals of a cloud, some of them turned so that those of each connected piece agree: to the side that nearly all of them
-/// face, or else to that of [`estimate`].
-pub fn agreeing(points: &[Point], normals: &[Vector]) -> Vec<Vector> {
-    let (places, place_of) = distinct(points);
-    let mut given = vec![Vector::zeros(); places.len()];
-    for (normal, place) in normals.iter().zip(&place_of) {
-        place.iter().for_each(|&place| given[place] = *normal);
-    }
-    let beside = |(place, near): (usize, Vec<u32>)| {
-        let rises = |other: u32| {
-            let offset = places[other as usize] - places[place];
-            given[place].dot(&offset).abs() > SHEET * offset.norm()
-        };
-        near.into_iter().filter(|&other| !rises(other)).collect()
-    };
-    let near = separated(&places, &neighbourhoods(&places));
-    let pieces: Vec<Vec<u32>> = near.into_iter().enumerate().map(beside).collect();
-    let mut agreed = given.clone();
-    let roots = agree(&pieces, &mut agreed);
-    let mut outward = agreed.clone();
-    turn_outwards(&places, &roots, &mut outward);
-    let mut sums = vec![(0.0, 0.0); places.len()];
-    for (place, &root) in roots.iter().enumerate() {
-        let (count, kept) = &mut sums[root];
-        (*count, *kept) = (*count + 1.0, *kept + f64::from(agreed[place].dot(&given[place]) >= 0.0));
-    }
-    let side = |place: usize| {
-        let (count, kept) = sums[roots[place]];
-        let clear = f64::min(kept, count - kept) < FEW_FACE * count;
-        let turned = if clear { 2.0 * kept < count } else { outward[place].dot(&agreed[place]) < 0.0 };
-        if turned { -agreed[place] } else { agreed[place] }
-    };
-    let turned = |(normal, place): (&Vector, &Option<usize>)| {
-        let against = place.is_some_and(|place| side(place).dot(normal) < 0.0);
-        if against { -*normal } else { *normal }
-    };
-    normals.iter().zip(&place_of).map(turned).collect()
-}
-
-/// Points that are asked for a neighbour.
-const ASKED: usize = 20_000;
-
-/// How a neighbour of a point lies to it.
-#[derive(Clone, Copy, Debug)]
-pub struct Neighbour {
-    /// Number of the point that was asked.
-    pub point: usize,
-    /// How far away it is.
-    pub distance: f64,
-    /// The cosine between the normals.
-    pub cosine: f64,
-    /// How far it lies out of the plane across the point's normal, as a share of the distance: 1 on the other side of a sheet.
-    pub rise: f64,
-}
-
-/// Some points of a cloud, evenly chosen: how the `number`-th nearest place of each that is not its own lies to it.
-pub fn neighbours(points: &[Point], normals: &[Vector], number: u32) -> Vec<Neighbour> {
-    let (places, place_of) = distinct(points);
-    let mut point_at = vec![0; places.len()];
-    for (point, place) in place_of.iter().enumerate() {
-        place.iter().for_each(|&place| point_at[place] = point);
-    }
-    let cloud: Vec<Place> = places.iter().map(|p| Place(p.coords.into())).collect();
-    let tree = KDTree::new(&cloud);
-    let neighbour = |place: usize| {
-        let near = nearest(&tree, &cloud[place], number + 1).members;
-        let other = near.into_iter().map(|m| m as usize).filter(|&m| m != place).nth(number as usize - 1)?;
-        let [a, b] = [place, other].map(|place| point_at[place]);
-        let (offset, cosine) = (points[b] - points[a], normals[a].dot(&normals[b]));
-        let distance = offset.norm();
-        let rise = normals[a].dot(&offset).abs() / distance.max(f64::MIN_POSITIVE);
-        Some(Neighbour { point: a, distance, cosine, rise })
-    };
-    evenly(places.len(), ASKED).filter_map(neighbour).collect()
-}
-
-/// The distinct positions on the grid, sorted, and for each point the index of its own.
-fn distinct(points: &[Point]) -> (Vec<Point>, Vec<Option<usize>>) {
-    let mut keys = grid_keys(points);
-    keys.par_sort_unstable();
-    let (mut places, mut place_of) = (Vec::new(), vec![None; points.len()]);
-    for same in keys.chunk_by(|a, b| a.0 == b.0) {
-        for &(_, point) in same {
-            place_of[point] = Some(places.len());
-        }
-        places.push(Point::from(same[0].0.map(|c| c as f64 / STEPS)));
-    }
-    (places, place_of)
-}
-
-/// Coordinates in steps of the grid, with the index of the point; finite points only.
-fn grid_keys(points: &[Point]) -> Vec<([i64; 3], usize)> {
-    let finite = |p: &Point| p.iter().all(|c| c.is_finite());
-    let Some(&first) = points.iter().find(|p| finite(p)) else { return Vec::new() };
-    let bounds = |(low, high): (Point, Point), p: &Point| (low.inf(p), high.sup(p));
-    let (low, high) = points.iter().filter(|p| finite(p)).fold((first, first), bounds);
-    // Halved before they are subtracted: the extent of finite coordinates need not be finite.
-    let (centre, half) = (low.coords / 2.0 + high.coords / 2.0, (high.coords / 2.0 - low.coords / 2.0).max());
-    let unit = if half > 0.0 { half } else { 1.0 };
-    let key = |p: &Point| (p.coords - centre).map(|c| (c / unit * STEPS).round() as i64).into();
-    points.iter().enumerate().filter(|(_, p)| finite(p)).map(|(i, p)| (key(p), i)).collect()
-}
-
-/// The nearest points of one, itself included, nearest first, and the distance of the last.
-struct Neighbourhood {
-    members: Vec<u32>,
-    radius: f64,
-}
-
-fn neighbourhoods(places: &[Point]) -> Vec<Neighbourhood> {
-    let cloud: Vec<Place> = places.iter().map(|p| Place(p.coords.into())).collect();
-    let tree = KDTree::new(&cloud);
-    let search = |place: &Place| {
-        let few = nearest(&tree, place, FEW);
-        if spread(places, &few.members).is_some() { few } else { nearest(&tree, place, MANY) }
-    };
-    cloud.par_iter().map(search).collect()
-}
-
-fn nearest(tree: &KDTree<f64, Place>, place: &Place, count: u32) -> Neighbourhood {
-    let found = tree.knn(count, place);
-    let radius = found.last().map_or(0.0, |n| n.dist2.sqrt());
-    Neighbourhood { members: found.iter().map(|n| n.index).collect(), radius }
-}
-
-/// The members of each neighbourhood without those of another piece: a stray point sees the surface as its
-/// neighbour, but is far away for the surface.
-fn separated(places: &[Point], neighbourhoods: &[Neighbourhood]) -> Vec<Vec<u32>> {
-    let keep = |(place, near): (&Point, &Neighbourhood)| {
-        let reaches = |&&m: &&u32| {
-            let other = m as usize;
-            (places[other] - place).norm() <= REACH * neighbourhoods[other].radius
-        };
-        near.members.iter().filter(reaches).copied().collect()
-    };
-    places.par_iter().zip(neighbourhoods).map(keep).collect()
-}
-
 /// Covariance of the places of `members` at unit trace; `None` unless they span a plane.
 fn spread(places: &[Point], members: &[u32]) -> Option<Matrix3<f64>> {
     let coords = || members.iter().map(|&m| places[m as usize].coords);
@@ -219,163 +62,6 @@ fn plane_normal(places: &[Point], members: &[u32]) -> Vector {
     let eigen = spread(places, members).and_then(|m| SymmetricEigen::try_new(m, f64::EPSILON, 100));
     let least = eigen.map(|e| e.eigenvectors.column(e.eigenvalues.imin()).into_owned());
     least.and_then(|n| n.try_normalize(0.0)).unwrap_or_else(Vector::zeros)
-}
-
-/// Makes the normals of each connected piece agree; returns a representative of the piece for each place.
-fn agree(pieces: &[Vec<u32>], normals: &mut [Vector]) -> Vec<usize> {
-    let mut forest = Forest::new(normals.len());
-    for (_, a, b) in edges(pieces, normals) {
-        let (a, b) = (a as usize, b as usize);
-        forest.join(a, b, normals[a].dot(&normals[b]) < 0.0);
-    }
-    let mut root_of = |(place, normal): (usize, &mut Vector)| {
-        let (root, opposed) = forest.find(place);
-        *normal *= if opposed { -1.0 } else { 1.0 };
-        root
-    };
-    normals.iter_mut().enumerate().map(&mut root_of).collect()
-}
-
-/// All pairs of neighbours with a normal each, once, least weight 1 − |nᵢ·nⱼ| first.
-fn edges(pieces: &[Vec<u32>], normals: &[Vector]) -> Vec<(u64, u32, u32)> {
-    let from = |(index, near): (usize, &Vec<u32>)| {
-        let (a, n) = (index as u32, normals[index]);
-        let first = |b: u32| a < b || (a > b && !pieces[b as usize].contains(&a));
-        let known = |&b: &u32| first(b) && n != Vector::zeros() && normals[b as usize] != Vector::zeros();
-        // The bits of floats that are not negative sort like their values.
-        let weight = |b: u32| (1.0 - n.dot(&normals[b as usize]).abs()).max(0.0).to_bits();
-        near.iter().copied().filter(known).map(|b| (weight(b), a.min(b), a.max(b))).collect::<Vec<_>>()
-    };
-    let mut edges: Vec<_> = pieces.par_iter().enumerate().flat_map_iter(from).collect();
-    edges.par_sort_unstable();
-    edges
-}
-
-/// Turns each piece outwards, by the rules of [`estimate`].
-fn turn_outwards(places: &[Point], roots: &[usize], normals: &mut [Vector]) {
-    let pieces = census(places, roots, normals);
-    let largest = pieces.iter().max_by(|a, b| a.count.total_cmp(&b.count)).cloned().unwrap_or_default();
-    let view = View::of(largest.mean() * largest.sign());
-    let sign = |piece: &Piece| view.side_of(&piece.mean()).unwrap_or_else(|| piece.sign());
-    let signs: Vec<f64> = pieces.iter().map(sign).collect();
-    normals.iter_mut().zip(roots).for_each(|(normal, &root)| *normal *= signs[root]);
-}
-
-/// From where a scan was seen, as far as the largest of its pieces tells: the smaller ones face the same side.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct View(Vector);
-
-impl View {
-    /// By the mean normal of the largest piece: nothing unless it is seen from one side.
-    pub fn of(mean: Vector) -> Self {
-        if mean.norm() > ONE_SIDED { Self(mean) } else { Self::default() }
-    }
-
-    /// Whether a piece with this mean normal faces the view, 1, or away from it, -1; none where that is not clear.
-    pub fn side_of(self, mean: &Vector) -> Option<f64> {
-        let towards = mean.dot(&self.0);
-        (towards.abs() > CLEARLY).then(|| towards.signum())
-    }
-}
-
-/// What is counted over a connected piece of surface.
-#[derive(Clone, Default)]
-struct Piece {
-    count: f64,
-    normals: Vector,
-    votes: i64,
-}
-
-impl Piece {
-    fn mean(&self) -> Vector {
-        self.normals / self.count.max(1.0)
-    }
-
-    fn sign(&self) -> f64 {
-        let side = self.normals[self.normals.iamax()];
-        if self.votes < 0 || (self.votes == 0 && side < 0.0) { -1.0 } else { 1.0 }
-    }
-}
-
-/// The pieces, each at the index of its root.
-fn census(places: &[Point], roots: &[usize], normals: &[Vector]) -> Vec<Piece> {
-    let centroids = nearby_centroids(places, roots);
-    let mut pieces = vec![Piece::default(); places.len()];
-    for ((place, normal), &root) in places.iter().zip(normals).zip(roots) {
-        let height = normal.dot(&(place.coords - centroids[&(root, cube(place, CUBE))]));
-        let piece = &mut pieces[root];
-        piece.count += 1.0;
-        piece.normals += normal;
-        piece.votes += i64::from(height > LEVEL) - i64::from(height < -LEVEL);
-    }
-    pieces
-}
-
-/// A cube of space, one of a piece's.
-type PartCube = (usize, Cube);
-
-/// For each cube of a piece, the centroid of what the piece has in the 27 cubes around it.
-fn nearby_centroids(places: &[Point], roots: &[usize]) -> HashMap<PartCube, Vector> {
-    let mut sums: HashMap<PartCube, (f64, Vector)> = HashMap::new();
-    for (place, &root) in places.iter().zip(roots) {
-        let sum = sums.entry((root, cube(place, CUBE))).or_default();
-        *sum = (sum.0 + 1.0, sum.1 + place.coords);
-    }
-    let centroid = |&(root, cube): &PartCube| {
-        let cubes = around(cube).map(|near| (root, near));
-        let add = |sum: (f64, Vector), near: &(f64, Vector)| (sum.0 + near.0, sum.1 + near.1);
-        let (count, sum) = cubes.filter_map(|c| sums.get(&c)).fold((0.0, Vector::zeros()), add);
-        sum / count
-    };
-    sums.keys().map(|cube| (*cube, centroid(cube))).collect()
-}
-
-/// Disjoint sets in which each member knows whether its normal opposes that of its parent. Joined along the
-/// edges in order of weight, it is the minimum spanning tree (Kruskal) with the signs carried along.
-struct Forest(Vec<(u32, bool)>);
-
-impl Forest {
-    fn new(count: usize) -> Self {
-        Self((0..count as u32).map(|root| (root, false)).collect())
-    }
-
-    /// The root of a member and whether the two are opposed; halves the path on the way.
-    fn find(&mut self, mut member: usize) -> (usize, bool) {
-        let mut opposed = false;
-        loop {
-            let (parent, sign) = self.0[member];
-            if parent as usize == member {
-                return (member, opposed);
-            }
-            let (grand, parent_sign) = self.0[parent as usize];
-            self.0[member] = (grand, sign != parent_sign);
-            opposed ^= sign != parent_sign;
-            member = grand as usize;
-        }
-    }
-
-    fn join(&mut self, a: usize, b: usize, opposed: bool) {
-        let ((a, a_sign), (b, b_sign)) = (self.find(a), self.find(b));
-        if a != b {
-            self.0[b] = (a as u32, opposed != (a_sign != b_sign));
-        }
-    }
-}
-
-/// A position as the search tree wants it.
-#[derive(Clone, Copy, Default)]
-struct Place([f64; 3]);
-
-impl nabo::Point<f64> for Place {
-    const DIM: u32 = 3;
-
-    fn set(&mut self, i: u32, value: NotNan<f64>) {
-        self.0[i as usize] = value.into_inner();
-    }
-
-    fn get(&self, i: u32) -> NotNan<f64> {
-        NotNan::new(self.0[i as usize]).expect("positions on the grid are finite")
-    }
 }
 
 #[cfg(test)]
