@@ -23,9 +23,9 @@ pub enum Alternative {
 pub const DOUBTFUL: f64 = 0.5;
 /// Cosine between normals that go with each other.
 const SMOOTH: f64 = 0.7;
-/// An alternative must explain this share of the scan,
+/// Least share of the scan that an alternative must explain.
 const CONVINCING: f64 = 0.6;
-/// and so much more of it than was explained without it.
+/// By how much that share must exceed the one that was explained without it.
 const GAIN: f64 = 0.25;
 
 impl Alternative {

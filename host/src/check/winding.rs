@@ -55,10 +55,10 @@ fn same_way(mesh: &Mesh, sides: [u32; 2]) -> bool {
     start(sides[0]) == start(sides[1])
 }
 
-/// A side of less than this share of a piece's area is the wrong one; of more, the form must tell,
+/// A side of less than this share of a piece's area is the wrong one. Where both have more, the form must tell.
 const FEWER: f64 = 0.4;
-/// if it bulges this clearly to one side: scans of one view are at -0.08 to 0.46, those of faces from 0.25 on. (Their small
-/// pieces are at -0.4 to 0.6, but face as the largest one does, if that is seen from one side.)
+/// How clearly a piece must bulge to one side so that its form tells: scans of one view are at -0.08 to 0.46, those of faces
+/// from 0.25 on. (Their small pieces are at -0.4 to 0.6, but face as the largest one does, if that is seen from one side.)
 const CLEARLY: f64 = 0.15;
 
 /// Which triangles must be turned so that all neighbours agree; none for a one-sided surface. In every piece the

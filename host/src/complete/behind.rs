@@ -21,13 +21,14 @@ const BESIDE: f64 = 8.0;
 const AROUND: f64 = 3.0;
 /// A fit that is nearer to a point than this has followed it, voxels.
 pub const FOLLOWED: f64 = 0.5;
-/// So many of them within [`TOGETHER`], itself among them, make a point one of a surface and no stray.
+/// Fewest deep points within [`TOGETHER`] of one, itself among them, that make it one of a surface and no stray.
 const FEWEST: usize = 8;
-/// Voxels.
+/// How near such points are to each other, voxels.
 const TOGETHER: f64 = 4.0;
-/// A point that is so near to the line from a deep one along its normal, voxels,
+/// A point is in front of a deep one if it is so near to the line from that along its normal, voxels, and farther along it than
+/// [`HIDING`]: then the deep one is what was measured wrongly.
 const OPENING: f64 = 1.5;
-/// and farther along it than this share of the depth, is in front: then the deep one is what was measured wrongly.
+/// Way along that line, as a share of the depth.
 const HIDING: f64 = 0.5;
 
 /// A point of the scan behind the fitted surface, voxels.

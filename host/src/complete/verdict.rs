@@ -81,7 +81,7 @@ const USUAL_SIZES: Range<f64> = 0.75..1.34;
 /// Where less than this share of the points near the model lies on the fitted surface, the shape is unlike the class: 0.98
 /// of a raw head, 0.999 and more of nine scans.
 const UNLIKE: f64 = 0.85;
-/// Where less than this, it is none of it.
+/// Where less than this share of them does, the shape is none of the class.
 const UNLIKE_ANY: f64 = 0.5;
 /// Distance of the fit from the measured surface, class millimetres rms, from which that is told: nine scans 0.11 at most, a
 /// raw head 0.27.

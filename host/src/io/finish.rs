@@ -8,8 +8,7 @@ use crate::mesh::{Mesh, Point, Vector};
 ///
 /// Normals become unit vectors; if all are zero, or their number is not that of the points, they
 /// are dropped. Triangles that name a vertex twice are dropped, they cover nothing; a mesh of nothing else is taken as a cloud,
-/// with a note. Single vertices without
-/// finite coordinates, and pixels of clouds without a measurement, are left out with a note.
+/// with a note. Single vertices without finite coordinates, and pixels of clouds without a measurement, are left out with a note.
 pub(super) fn finish(mut mesh: Mesh) -> Result<Loaded, Fault> {
     if mesh.points.is_empty() {
         return Err(Problem::NoVertices.in_whole());

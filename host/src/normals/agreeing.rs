@@ -11,7 +11,7 @@ const SHEET: f64 = 0.5;
 const FEW_FACE: f64 = 0.1;
 
 /// The normals of a cloud, some of them turned so that those of each connected piece agree: to the side that nearly all of them
-/// face, or else to that of [`estimate`].
+/// face, or else to that of [`estimate`](super::estimate).
 pub fn agreeing(points: &[Point], normals: &[Vector]) -> Vec<Vector> {
     let (places, place_of) = distinct(points);
     let mut given = vec![Vector::zeros(); places.len()];

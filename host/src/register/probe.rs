@@ -10,9 +10,9 @@ use nalgebra::{SMatrix, SVector, Similarity3, Translation3, UnitQuaternion, Vect
 
 /// Cosine between a point's normal and the surface's, at least.
 const FACING: f32 = 0.5;
-/// Points this deep within the body cannot have been seen, class millimetres,
+/// Points this deep within the body cannot have been seen, class millimetres.
 const DEEP: f32 = 12.0;
-/// and each takes away what half a point explains.
+/// What such a point takes away, as a share of what a point on the surface explains.
 const PENALTY: f32 = 0.5;
 /// Every so many points it is asked whether the pose can still reach what is wanted.
 const ASKED: usize = 32;

@@ -86,9 +86,9 @@ fn by_what_they_explain(a: &Scored, b: &Scored) -> Ordering {
     b.explained.total_cmp(&a.explained)
 }
 
-/// A pose that explains this share of the scan needs no longer search,
+/// Least share of a scan that a pose explains which ends the search.
 const CONVINCING: f64 = 0.8;
-/// when the next best explains at most this share of what it does.
+/// Largest share of what such a pose explains that the next best one explains as well; where it is more, the search goes on.
 const CONVINCING_RIVAL: f64 = 0.8;
 
 /// Whether the best of the poses explains enough, and enough more than the next one.
@@ -97,10 +97,11 @@ pub fn convincing(field: &Field, ranked: &[Scored]) -> bool {
     best.inliers >= CONVINCING && next_best(field, best, others) <= CONVINCING_RIVAL * best.inliers
 }
 
-/// A pose that explains less than this share of a scan,
+/// Least share of a scan that a pose explains otherwise than by chance: scans of noise and of shuffled triangles 0.02 to 0.05, a
+/// raw photogrammetry scan with hair and shoulders 0.33.
 const NEXT_TO_NOTHING: f64 = 0.1;
-/// no more exactly than this, explains it by chance: points anywhere within reach make 8/15. Scans of noise and of shuffled
-/// triangles 0.02 to 0.05 and 0.53 to 0.6; a raw photogrammetry scan with hair and shoulders 0.33 and 0.74.
+/// Exactness below which a pose that explains less than that does so by chance: points anywhere within reach make 8/15. The same
+/// scans 0.53 to 0.6 and 0.74.
 const BY_CHANCE: f64 = 0.62;
 
 /// Whether a pose explains no more than chance does. More turns seldom find a better one, of a scan that is inside out one that
