@@ -5,6 +5,11 @@ pub fn len(sides: [usize; 3]) -> usize {
     sides.iter().product()
 }
 
+/// From a sample's place in the array to that of the next one along x, y and z.
+pub const fn strides(sides: [usize; 3]) -> [usize; 3] {
+    [1, sides[0], sides[0] * sides[1]]
+}
+
 /// Place of a sample in the array.
 pub fn index(sides: [usize; 3], [x, y, z]: [usize; 3]) -> usize {
     (z * sides[1] + y) * sides[0] + x
@@ -44,5 +49,6 @@ mod tests {
         let sides = [3, 4, 5];
         assert!((0..len(sides)).all(|i| index(sides, voxel(sides, i)) == i));
         assert_eq!([index(sides, [1, 0, 0]), index(sides, [0, 1, 0]), index(sides, [0, 0, 1])], [1, 3, 12]);
+        assert_eq!(strides(sides), [1, 3, 12]);
     }
 }

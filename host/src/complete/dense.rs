@@ -27,7 +27,7 @@ impl Dense {
 
     /// The voxels before and behind one along x, y and z, where the grid has them.
     pub fn beside(&self, i: usize) -> [Option<usize>; 6] {
-        let steps = [1, self.sides[0], self.sides[0] * self.sides[1]];
+        let steps = raster::strides(self.sides);
         let mut near = [None; 6];
         for (axis, pair) in near.as_chunks_mut::<2>().0.iter_mut().enumerate() {
             let at = i / steps[axis] % self.sides[axis];

@@ -4,6 +4,7 @@ use super::dense::Dense;
 use crate::distance::Surface;
 use crate::fit::{dense, means};
 use crate::mesh::Point;
+use crate::raster;
 use crate::register::Placed;
 use lacuna::{Model, sample};
 use rayon::prelude::*;
@@ -62,11 +63,10 @@ pub fn extend(field: &mut Dense, model: &Model<'_>, scan: &Surface, placed: &Pla
 
 /// Unknown voxels `off` the support that two known ones in a row lead to, and their distances.
 fn straight(field: &Dense, off: impl Fn([usize; 3]) -> bool + Sync) -> Vec<(usize, f32)> {
-    let [width, height, _] = field.sides;
     let next = |&i: &usize| {
         let voxel = field.voxel(i);
         let (mut sum, mut count) = (0.0, 0);
-        for (axis, step) in [1, width, width * height].into_iter().enumerate() {
+        for (axis, step) in raster::strides(field.sides).into_iter().enumerate() {
             let ahead = (voxel[axis] + 2 < field.sides[axis]).then(|| [i + step, i + 2 * step]);
             let behind = (voxel[axis] >= 2).then(|| [i - step, i - 2 * step]);
             for [near, far] in ahead.into_iter().chain(behind) {

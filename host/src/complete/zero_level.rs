@@ -47,7 +47,7 @@ fn finer(field: &Dense, factor: usize) -> Dense {
 fn finer_along(field: &Dense, axis: usize, factor: usize) -> Dense {
     let mut sides = field.sides;
     sides[axis] = (sides[axis] - 1) * factor + 1;
-    let step = [1, field.sides[0], field.sides[0] * field.sides[1]][axis];
+    let step = raster::strides(field.sides)[axis];
     let last = field.sides[axis] - 1;
     let value = |i: usize| {
         let mut voxel = raster::voxel(sides, i);

@@ -6,7 +6,7 @@ use crate::distance::Surface;
 use crate::fit;
 use crate::mesh::{Point, Vector};
 use crate::points::{OrientedPoints, thin};
-use crate::raster::slope;
+use crate::raster::{self, slope};
 use crate::surface::{Volume, marching_cubes};
 use crate::volume::{Lattice, sample};
 use lacuna::{Model, sample::far};
@@ -43,11 +43,10 @@ impl Field {
         let fine = fit::dense(model, &fit::means(model));
         let dims = model.grid().sides().map(usize::from);
         let sides = dims.map(|side| side.div_ceil(STRIDE));
-        let values = positions(sides).map(|at| {
-            let [x, y, z] = at.map(|i| i * STRIDE);
-            let near = fine[(z * dims[1] + y) * dims[0] + x];
-            let around =
-                || far(model, [x, y, z].map(|i| i as f32)).map_or(f32::NAN, |(distance, _)| distance);
+        let values = (0..raster::len(sides)).map(|i| {
+            let voxel = raster::voxel(sides, i).map(|v| v * STRIDE);
+            let near = fine[raster::index(dims, voxel)];
+            let around = || far(model, voxel.map(|v| v as f32)).map_or(f32::NAN, |(distance, _)| distance);
             if near.is_nan() { around() } else { near }
         });
         let (samples, size) = on_surface(dims, &fine, f64::from(model.header().scales.millimetre));
@@ -85,17 +84,13 @@ impl Field {
         let [width, height, depth] = self.sides;
         let near = |x: f32, side: usize| (x > -0.5 && x < side as f32 - 0.5).then_some((x + 0.5) as usize);
         let (i, j, k) = (near(x, width)?, near(y, height)?, near(z, depth)?);
-        let Cell { distance, normal: [a, b, c] } = self.cells[(k * height + j) * width + i];
+        let Cell { distance, normal: [a, b, c] } = self.cells[raster::index(self.sides, [i, j, k])];
         if distance.is_nan() {
             return None;
         }
         let beyond = a * (x - i as f32) + b * (y - j as f32) + c * (z - k as f32);
         Some((distance + self.edge * beyond, [a, b, c]))
     }
-}
-
-fn positions([width, height, depth]: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
-    (0..depth).flat_map(move |z| (0..height).flat_map(move |y| (0..width).map(move |x| [x, y, z])))
 }
 
 /// Points of the zero level, and its longest side.
@@ -106,9 +101,9 @@ fn on_surface(sides: [usize; 3], values: &[f32], millimetre: f64) -> (OrientedPo
 }
 
 fn cells(sides: [usize; 3], values: &[f32]) -> Vec<Cell> {
-    let strides = [1, sides[0], sides[0] * sides[1]];
-    let cell = |(at, &distance): ([usize; 3], &f32)| {
-        let index = at[0] + at[1] * strides[1] + at[2] * strides[2];
+    let strides = raster::strides(sides);
+    let cell = |(index, &distance): (usize, &f32)| {
+        let at = raster::voxel(sides, index);
         let along = |axis: usize| {
             let before = if at[axis] > 0 { values[index - strides[axis]] } else { f32::NAN };
             let after = if at[axis] + 1 < sides[axis] { values[index + strides[axis]] } else { f32::NAN };
@@ -121,5 +116,5 @@ fn cells(sides: [usize; 3], values: &[f32]) -> Vec<Cell> {
         }
         Cell { distance, normal: [x / length, y / length, z / length] }
     };
-    positions(sides).zip(values).map(cell).collect()
+    values.iter().enumerate().map(cell).collect()
 }
