@@ -31,7 +31,9 @@ pub struct Candidate {
 const FACTORS: [f64; 5] = [0.82, 0.91, 1.0, 1.11, 1.22];
 /// Independent streams of draws for each of them.
 const STREAMS: u64 = 2;
-/// Matches tried for one drawn pair.
+/// Points tried as the second of a pair.
+const PARTNERS: usize = 8;
+/// Matches tried for one pair.
 const TRIES: usize = 12;
 /// Pairs drawn for each that has a match, at most: most of those on clutter have none.
 const MOST_DRAWS: usize = 16;
@@ -41,12 +43,12 @@ const POINTS: [usize; 3] = [128, 256, 700];
 const MOST_SCENES: f64 = 8.0;
 /// Gate of guesses, class millimetres.
 const GUESS: f64 = 10.0;
-/// Gates of the steps after them, then with more points.
+/// Gates of the steps that draw guesses to the surface, then the best of them with more points; class millimetres.
 const DRAW: [f64; 6] = [16.0, 16.0, 14.0, 12.0, 10.0, 8.0];
 const DRAW_AGAIN: [f64; 4] = [8.0, 7.0, 6.0, 6.0];
 /// Poses that are compared again with more points, for each one returned.
 const DRAWN_AGAIN: usize = 4;
-/// Shortest pair, and the width of a bin of lengths, class millimetres.
+/// Shortest pair, and the width of a bin of lengths; class millimetres.
 const NEAREST: f64 = 45.0;
 const WIDTH: f64 = 6.0;
 
@@ -147,7 +149,7 @@ impl<'a> Search<'a> {
         let (mut matched, mut drawn) = (0, 0);
         while matched < draws && drawn < MOST_DRAWS * draws {
             drawn += 1;
-            let Some(pair) = self.drawn(factor, &mut random) else { continue };
+            let Some(pair) = self.random_pair(factor, &mut random) else { continue };
             let matches = self.table.matches(&pair);
             matched += usize::from(!matches.is_empty());
             for attempt in 0..TRIES.min(matches.len()) {
@@ -170,11 +172,11 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// A pair of the scan, in voxels, whose length occurs on the surface.
-    fn drawn(&self, factor: f64, random: &mut ChaCha8Rng) -> Option<Pair> {
+    /// A pair of the scan, in voxels, whose length occurs on the surface; none if [`PARTNERS`] draws give none.
+    fn random_pair(&self, factor: f64, random: &mut ChaCha8Rng) -> Option<Pair> {
         let count = self.scan.points.len();
         let i = random.random_range(0..count);
-        for _ in 0..8 {
+        for _ in 0..PARTNERS {
             let mut pair = Pair::of(self.scan, i, random.random_range(0..count));
             pair.points = pair.points.map(|p| p * (self.unit_scale * factor));
             if self.table.reaches(&pair) {
