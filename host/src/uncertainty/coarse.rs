@@ -2,6 +2,7 @@
 //! other, a distance L apart, a round surface rises L θ / 8 above the straight way. A scan may be coarse in one part (far
 //! from the scanner, or where a decimation found it flat) and fine in another.
 
+use crate::cubes::{Cube, around, cube};
 use crate::mesh::{Mesh, Point};
 use crate::normals::neighbours;
 use crate::quantile::{median, quantile};
@@ -32,7 +33,7 @@ const FEWEST: usize = 24;
 pub struct Coarse {
     edge: f64,
     /// One sigma of the error in cells that have points; none of a fine scan.
-    cells: BTreeMap<[i64; 3], f64>,
+    cells: BTreeMap<Cube, f64>,
     /// The same elsewhere.
     whole: f64,
 }
@@ -63,16 +64,13 @@ impl Coarse {
         let usual = median(ways.iter().map(|way| way.length).collect()).unwrap_or(0.0);
         let [least, times] = CELL;
         let edge = (least * millimetre).max(times * usual);
-        let mut by_cell: BTreeMap<[i64; 3], Vec<&Way>> = BTreeMap::new();
+        let mut by_cell: BTreeMap<Cube, Vec<&Way>> = BTreeMap::new();
         for way in &ways {
-            by_cell.entry(cell(&way.middle, edge)).or_default().push(way);
+            by_cell.entry(cube(&way.middle, edge)).or_default().push(way);
         }
-        let around = |at: &[i64; 3]| -> Vec<&Way> {
-            let cells = (0..27).map(|i| [at[0] + i % 3 - 1, at[1] + i / 3 % 3 - 1, at[2] + i / 9 - 1]);
-            cells.filter_map(|cell| by_cell.get(&cell)).flatten().copied().collect()
-        };
-        let of_cell = |at: &[i64; 3]| {
-            let ways = around(at);
+        let of_cell = |at: &Cube| {
+            let near = around(*at).filter_map(|cell| by_cell.get(&cell));
+            let ways: Vec<&Way> = near.flatten().copied().collect();
             (ways.len() >= FEWEST).then(|| (*at, one_sigma(&ways, coarse)))
         };
         let cells = by_cell.keys().filter_map(of_cell).collect();
@@ -84,7 +82,7 @@ impl Coarse {
         if self.cells.is_empty() {
             return self.whole;
         }
-        self.cells.get(&cell(place, self.edge)).copied().unwrap_or(self.whole)
+        self.cells.get(&cube(place, self.edge)).copied().unwrap_or(self.whole)
     }
 }
 
@@ -97,10 +95,6 @@ fn one_sigma(ways: &[&Way], coarse: f64) -> f64 {
     let mut rises: Vec<f64> = ways.iter().map(|way| way.rise).collect();
     rises.sort_by(f64::total_cmp);
     quantile(&rises, SHARE).unwrap_or(0.0)
-}
-
-fn cell(place: &Point, edge: f64) -> [i64; 3] {
-    place.coords.map(|c| (c / edge).floor() as i64).into()
 }
 
 /// Whether nearly all of a mesh's area is in triangles with shorter sides.
