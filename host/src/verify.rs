@@ -15,7 +15,7 @@ mod report;
 #[cfg(test)]
 mod tests;
 
-pub use case::{CLASSES, Case, Class, voxel_pose};
+pub use case::{CLASSES, Case, Class};
 pub use report::{Comparison, Report, Rungs, Stage};
 
 use crate::fit::{Digests, Fit, fit};

@@ -24,7 +24,6 @@ pub mod trained;
 use lacuna::{Model, Pose};
 use lacuna_host::points::{OrientedPoints, thin};
 use lacuna_host::synth::Head;
-pub use lacuna_host::verify::voxel_pose;
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
@@ -39,6 +38,11 @@ pub fn model() -> Model<'static> {
 /// A whole head of the built-in class, in the model's frame, one point every 2 mm.
 pub fn head_points(number: u64) -> OrientedPoints {
     thin(&Head::sample(1, number).mesh(), 2.0)
+}
+
+/// From the model's frame to its voxels.
+pub fn voxel_pose(model: &Model<'_>) -> Pose {
+    Pose::in_frame_of(model.header(), Pose::IDENTITY.rotation, 1.0, [0.0; 3])
 }
 
 /// Points as the core takes them: voxels, with unit normals.

@@ -116,7 +116,7 @@ mod tests {
 
     /// Depths over a picture of 64 by 64 pixels that is 64 units wide.
     fn open(depth: impl Fn(f32) -> f32, at: [usize; 2]) -> f32 {
-        let camera = Camera::new(-Vector::z(), Vector::y()).orthographic();
+        let camera = Camera { lens: f64::INFINITY, ..Camera::new(-Vector::z(), Vector::y()) };
         let corners = [Point::new(0.0, 0.0, 0.0), Point::new(64.0, 64.0, 0.0)];
         let view = View::fit(&camera, &[&corners], [128, 128]);
         let hits: Vec<Hit> =

@@ -122,15 +122,6 @@ impl Case {
         Ok(Self { name: class.name.into(), points, pose, rounds: &[], volumes, model: file })
     }
 
-    /// A scan in the model's own frame and unit.
-    ///
-    /// # Errors
-    /// Bytes that are not a model.
-    pub fn in_model_frame(name: &str, model: Vec<u8>, points: OrientedPoints) -> Result<Self, Error> {
-        let pose = voxel_pose(&Model::from_bytes(&model)?);
-        Ok(Self { name: name.into(), model, points, pose, rounds: &[], volumes: None })
-    }
-
     /// The reference's hull of the scan.
     pub(super) fn reference_hull(&self, grid: Grid, reach: Reach) -> Hull {
         let voxels = |units: u16| f64::from(units) / f64::from(PER_VOXEL);
@@ -149,11 +140,6 @@ impl Case {
         let points: Vec<Oriented> = self.points.points.iter().zip(&self.points.normals).map(placed).collect();
         hull(grid, &points, &reach)
     }
-}
-
-/// From the model's frame to its voxels.
-pub fn voxel_pose(model: &Model<'_>) -> Pose {
-    Pose::in_frame_of(model.header(), Pose::IDENTITY.rotation, 1.0, [0.0; 3])
 }
 
 /// From a synthetic scan's frame to the model's voxels: what a perfect registration finds.
