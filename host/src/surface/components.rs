@@ -93,12 +93,18 @@ fn join(parents: &mut [u32], a: u32, b: u32) {
     parents[a.max(b) as usize] = a.min(b);
 }
 
+/// The number of members of each piece; `pieces` has the number of each member's.
+pub fn sizes(pieces: &[u32]) -> Vec<usize> {
+    let mut sizes = vec![0; pieces.iter().max().map_or(0, |&last| last as usize + 1)];
+    pieces.iter().for_each(|&piece| sizes[piece as usize] += 1);
+    sizes
+}
+
 /// The piece with the most triangles, the first of them in a tie, without any other vertices.
 /// Empty for a mesh without triangles.
 pub fn largest_component(mesh: &Mesh) -> Mesh {
     let pieces = components(mesh);
-    let mut sizes = vec![0_usize; pieces.iter().max().map_or(0, |&last| last as usize + 1)];
-    pieces.iter().for_each(|&piece| sizes[piece as usize] += 1);
+    let sizes = sizes(&pieces);
     let largest = (0..sizes.len()).rev().max_by_key(|&piece| sizes[piece]);
     keep_triangles(mesh, |triangle| Some(pieces[triangle] as usize) == largest)
 }

@@ -1,5 +1,7 @@
 //! Which pieces of a mesh or a cloud are specks.
 
+use super::components::sizes;
+
 /// Pieces of fewer triangles (of a cloud, points) than this share of the largest one may be specks; below the smaller share
 /// they always are.
 const SHARES: [f64; 2] = [0.0005, 0.002];
@@ -9,8 +11,7 @@ const GROUP: f64 = 40.0;
 
 /// For each piece whether it is a speck; `pieces` has the number of each triangle's, or of each point's.
 pub fn specks(pieces: &[u32]) -> Vec<bool> {
-    let mut sizes = vec![0_usize; pieces.iter().max().map_or(0, |&last| last as usize + 1)];
-    pieces.iter().for_each(|&piece| sizes[piece as usize] += 1);
+    let sizes = sizes(pieces);
     let most = limit(sizes.iter().max().copied().unwrap_or(0));
     sizes.into_iter().map(|size| size <= most).collect()
 }
