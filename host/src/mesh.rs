@@ -24,6 +24,11 @@ pub fn bounds(mut points: impl Iterator<Item = Point>) -> Option<(Point, Point)>
     Some(points.fold((first, first), |(low, high), p| (low.inf(&p), high.sup(&p))))
 }
 
+/// Normal of a triangle, twice its area long.
+pub fn twice_area_vector([a, b, c]: &[Point; 3]) -> Vector {
+    (b - a).cross(&(c - a))
+}
+
 impl Mesh {
     /// The corners of triangle `index`.
     pub fn corners(&self, index: usize) -> [Point; 3] {
@@ -50,8 +55,7 @@ impl Mesh {
 
     /// Area of triangle `index`.
     pub fn area_of(&self, index: usize) -> f64 {
-        let [a, b, c] = self.corners(index);
-        (b - a).cross(&(c - a)).norm() / 2.0
+        twice_area_vector(&self.corners(index)).norm() / 2.0
     }
 
     /// Whether triangle `index` has an area, however small it is.
@@ -66,8 +70,7 @@ impl Mesh {
 
     /// Unit normal of triangle `index`; zero for one without area.
     pub fn normal_of(&self, index: usize) -> Vector {
-        let [a, b, c] = self.corners(index);
-        (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_else(Vector::zeros)
+        twice_area_vector(&self.corners(index)).try_normalize(0.0).unwrap_or_else(Vector::zeros)
     }
 
     /// Area of all triangles.
@@ -112,8 +115,7 @@ impl Mesh {
     pub fn normals_of_triangles(&self) -> Vec<Vector> {
         let mut sums = vec![Vector::zeros(); self.points.len()];
         for (index, triangle) in self.triangles.iter().enumerate() {
-            let [a, b, c] = self.corners(index);
-            let normal = (b - a).cross(&(c - a));
+            let normal = twice_area_vector(&self.corners(index));
             for &v in triangle {
                 sums[v as usize] += normal;
             }

@@ -1,6 +1,6 @@
 //! Open meshes that face inwards as a whole. Closed ones are turned round; of these one can only say how they look.
 
-use crate::mesh::{Mesh, Point, Vector};
+use crate::mesh::{Mesh, Point, Vector, twice_area_vector};
 
 /// Meshes below this are doubted. Faces are at 0.64 or more, a raw head is at 0.30, scans of one view are at -0.08
 /// to 0.46, whole and nearly whole ones at 0.59 and more.
@@ -35,8 +35,9 @@ pub(super) fn outwardness_of(triangles: impl Iterator<Item = [Point; 3]>) -> Opt
 }
 
 /// Centroid of a triangle, and its normal with twice its area as length.
-fn part([a, b, c]: [Point; 3]) -> (Point, Vector) {
-    (Point::from((a.coords + b.coords + c.coords) / 3.0), (b - a).cross(&(c - a)))
+fn part(corners: [Point; 3]) -> (Point, Vector) {
+    let [a, b, c] = corners;
+    (Point::from((a.coords + b.coords + c.coords) / 3.0), twice_area_vector(&corners))
 }
 
 #[cfg(test)]

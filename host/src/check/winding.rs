@@ -2,7 +2,7 @@
 
 use super::inwards::outwardness_of;
 use super::{Checked, counted};
-use crate::mesh::{Mesh, Point, Vector};
+use crate::mesh::{Mesh, Point, Vector, twice_area_vector};
 use crate::normals::View;
 use crate::surface::Edges;
 
@@ -131,10 +131,7 @@ fn is_wrong(mesh: &Mesh, members: &[usize], turn: &[bool], (either_way, view): (
 
 /// The mean normal of some triangles, weighted with their areas: 1 long if they are in a plane.
 fn mean_normal(mesh: &Mesh, members: &[usize], turn: &[bool]) -> Vector {
-    let normal = |&t: &usize| {
-        let [a, b, c] = wound(mesh, t, turn[t]);
-        (b - a).cross(&(c - a))
-    };
+    let normal = |&t: &usize| twice_area_vector(&wound(mesh, t, turn[t]));
     let sum: Vector = members.iter().map(normal).sum();
     sum / members.iter().map(|t| normal(t).norm()).sum::<f64>().max(f64::MIN_POSITIVE)
 }

@@ -4,7 +4,7 @@
 use super::Completion;
 use super::clutter::CLUTTER;
 use super::merge::MEASURED;
-use crate::mesh::{Mesh, Vector};
+use crate::mesh::{Mesh, Vector, twice_area_vector};
 use crate::register::Placed;
 use crate::render::{CLAY, Camera, Image, Panel, picture};
 
@@ -93,8 +93,7 @@ pub(crate) fn in_model(mesh: &Mesh, placed: &Placed) -> Mesh {
 fn view_direction(mesh: &Mesh) -> Option<Vector> {
     let (mut sum, mut total) = (Vector::zeros(), 0.0);
     for t in 0..mesh.triangles.len() {
-        let [a, b, c] = mesh.corners(t);
-        let cross = (b - a).cross(&(c - a));
+        let cross = twice_area_vector(&mesh.corners(t));
         sum += cross;
         total += cross.norm();
     }

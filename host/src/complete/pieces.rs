@@ -4,7 +4,7 @@
 
 use super::clean::Cleaned;
 use super::start::Known;
-use crate::mesh::{Mesh, Point, Vector};
+use crate::mesh::{Mesh, Point, Vector, twice_area_vector};
 use crate::register::{Registration, refine_hint};
 use crate::surface::keep;
 use lacuna::corners::Weights;
@@ -48,7 +48,7 @@ impl Mean {
             (mesh.points[i].coords, mesh.normals.get(i).copied().unwrap_or_default())
         } else {
             let [a, b, c] = mesh.corners(i);
-            ((a.coords + b.coords + c.coords) / 3.0, (b - a).cross(&(c - a)))
+            ((a.coords + b.coords + c.coords) / 3.0, twice_area_vector(&[a, b, c]))
         };
         let area = if mesh.is_cloud() { 1.0 } else { normal.norm() };
         self.members += 1;

@@ -1,6 +1,6 @@
 //! How much of a surface one view can show.
 
-use crate::mesh::{Mesh, Vector};
+use crate::mesh::{Mesh, Vector, twice_area_vector};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
@@ -20,8 +20,7 @@ pub fn share(mesh: &Mesh) -> f64 {
 /// Area of a surface that faces a direction, of unit length, so that a scanner there measures it.
 pub fn facing(mesh: &Mesh, towards: &Vector) -> f64 {
     let area = |t: usize| {
-        let [a, b, c] = mesh.corners(t);
-        let cross = (b - a).cross(&(c - a));
+        let cross = twice_area_vector(&mesh.corners(t));
         if cross.dot(towards) > STEEPEST * cross.norm() { 0.5 * cross.norm() } else { 0.0 }
     };
     (0..mesh.triangles.len()).map(area).sum()

@@ -1,6 +1,6 @@
 //! A triangle as points that stand for its parts.
 
-use crate::mesh::{Point, Vector};
+use crate::mesh::{Point, Vector, twice_area_vector};
 
 /// Parts along the longest side of a triangle, at most.
 const MOST_PARTS: f64 = 1000.0;
@@ -13,7 +13,7 @@ const LONG: f64 = 32.0;
 /// Calls `add` with the centroids of parts of a triangle, none longer than `spacing`, and their normal and area.
 pub fn sample(triangle: &[Point; 3], spacing: f64, add: &mut impl FnMut(Vector, Vector, f64)) {
     let [a, b, c] = *triangle;
-    let cross = (b - a).cross(&(c - a));
+    let cross = twice_area_vector(triangle);
     let Some(normal) = cross.try_normalize(0.0) else { return };
     let sides = [(a, b, c), (b, c, a), (c, a, b)].map(|side| ((side.1 - side.0).norm(), side));
     let longer = |x: &(f64, _), y: &(f64, _)| x.0.total_cmp(&y.0);

@@ -12,7 +12,7 @@
 
 use super::propagate::{NO_SOURCE, sources};
 use crate::bvh::Bvh;
-use crate::mesh::{Mesh, Point, Vector};
+use crate::mesh::{Mesh, Point, Vector, twice_area_vector};
 use crate::points::{OrientedPoints, thin};
 use crate::volume::{Lattice, Volume};
 use rayon::prelude::*;
@@ -162,7 +162,7 @@ fn crossings(mesh: &Mesh, bvh: &Bvh, mut origin: Point, direction: &Vector) -> f
     for _ in 0..CROSSINGS {
         let Some((t, triangle)) = bvh.cast(&origin, direction, f64::INFINITY) else { break };
         let [a, b, c] = mesh.corners(triangle as usize);
-        sum += (b - a).cross(&(c - a)).dot(direction).signum();
+        sum += twice_area_vector(&[a, b, c]).dot(direction).signum();
         let size = (b - a).norm() + (c - a).norm();
         origin += direction * (t + 1e-6 * size);
     }

@@ -2,7 +2,7 @@
 
 use super::camera::Camera;
 use crate::bvh::Bvh;
-use crate::mesh::{Mesh, Point, Vector};
+use crate::mesh::{Mesh, Point, Vector, twice_area_vector};
 use crate::synth::Random;
 
 /// Cosine of 75 degrees: beyond, stripes are too blurred.
@@ -30,8 +30,7 @@ impl Scene<'_> {
         let point = eye + sight * depth;
         let (to_camera, to_projector) =
             ((eye - point).normalize(), (self.camera.projector - point).normalize());
-        let [a, b, c] = self.mesh.corners(triangle as usize);
-        let flat = (b - a).cross(&(c - a)).try_normalize(0.0)?;
+        let flat = twice_area_vector(&self.mesh.corners(triangle as usize)).try_normalize(0.0)?;
         let facing = flat.dot(&to_camera).min(flat.dot(&to_projector));
         let lost = facing < STEEPEST || luck * (GRAZING - STEEPEST) > facing - STEEPEST;
         let normal = self.normal(triangle, &point);
