@@ -277,9 +277,9 @@ impl<'b, A: Arithmetic> Completion<'b, A> {
         for index in *next..(*next + CHUNK).min(self.cloud.len()) {
             let Some((point, normal)) = self.cloud.point(index) else { continue };
             let (point, normal) = (pose.apply(point), pose.rotate(normal));
-            let place = Standing::from_sample(self.model, surface.sample(point), normal);
+            let place = Standing::of(self.model, point, normal, |at| surface.sample(at));
             self.outcome.inliers += u32::from(place == Standing::Inlier);
-            if known && place == Standing::Clutter {
+            if known && place.is_left_out() {
                 self.outcome.clutter += 1;
             } else {
                 builder.add(point, normal);

@@ -170,7 +170,8 @@ fn without_clutter(model: &Model<'_>, start: &Start, fit: &Fit) -> OrientedPoint
     let mut cube = Cube::new(model, &shape);
     let kept = |&i: &usize| {
         let Ok(Some((p, n))) = cloud.map(|cloud| cloud.point(i)) else { return false };
-        Standing::of(&mut cube, pose.apply(p), pose.rotate(n)) != Standing::Clutter
+        let sample = cube.find(pose.apply(p)).map(Cube::distance);
+        sample.is_none_or(|sample| Standing::from_sample(model, sample, pose.rotate(n)) != Standing::Clutter)
     };
     let kept: Vec<usize> = (0..start.thinned.points.points.len()).filter(kept).collect();
     start.thinned.points.chosen(&kept)

@@ -66,6 +66,8 @@ impl Mean {
         let at = placed.to_voxels(&position);
         let normal = placed.pose.rotate(normal.map(|c| c as f32).into());
         let shape = Weights::new(&found.shape);
-        Standing::of(&mut Cube::new(model, &shape), at, normal) == Standing::Inlier
+        let mut cube = Cube::new(model, &shape);
+        let sample = cube.find(at).map(Cube::distance);
+        sample.is_some_and(|sample| Standing::from_sample(model, sample, normal) == Standing::Inlier)
     }
 }

@@ -156,9 +156,10 @@ pub fn thinned(model: &Model<'_>, scan: &Mesh, known: &Known) -> Thinned {
 /// Whether a place lies near the shape that was fitted with the pose. What is farther is clutter: the core leaves it out of
 /// the hull, too, but takes the pose from it.
 fn belongs(surface: &mut Cube<'_, '_>, place: [f32; 3]) -> bool {
+    let model = surface.model();
     let sample = surface.find(place).map(Cube::distance);
     // Of clutter no normal is asked for.
-    sample.is_some() && Standing::from_sample(surface.model(), sample, [0.0; 3]) != Standing::Clutter
+    sample.is_some_and(|sample| Standing::from_sample(model, sample, [0.0; 3]) != Standing::Clutter)
 }
 
 #[cfg(test)]

@@ -134,7 +134,7 @@ pub fn agreement(model: &Model<'_>, cloud: Cloud<'_>, pose: &Pose, weights: &Wei
     let (mut inliers, mut sum) = (0usize, 0.0);
     for (p, n) in (0..cloud.len()).filter_map(|i| cloud.point(i)) {
         let Some(sample) = cube.find(pose.apply(p)).map(Cube::distance) else { continue };
-        if Standing::from_sample(model, Some(sample), pose.rotate(n)) == Standing::Inlier {
+        if Standing::from_sample(model, sample, pose.rotate(n)) == Standing::Inlier {
             let (distance, gradient) = sample;
             let ratio = f64::from(distance / (steepness(gradient) * gate));
             inliers += 1;

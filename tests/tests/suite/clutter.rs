@@ -1,6 +1,7 @@
 //! What is not part of the class neither pulls the fit nor vanishes unasked.
 
-use lacuna::{Fixed, Pose, pose_fit};
+use lacuna::pose_row::steepness;
+use lacuna::{Fixed, Pose, Standing, pose_fit, sample as sampled};
 use lacuna_host::complete::clutter::CLUTTER;
 use lacuna_host::complete::merge::Merged;
 use lacuna_host::complete::verdict::Grade;
@@ -159,4 +160,23 @@ fn the_demo_scan_leaves_its_collar_out() {
     let completion = complete::<Fixed>(&model, &scan, &options).expect("a completion");
     assert!(completion.clutter.area_share > 0.3, "{:.2}", completion.clutter.area_share);
     kept_apart(&completion);
+}
+
+/// Outside the band only the mean is known: what is far in front of it is left out, as a collar that draws the neck to where the
+/// band ends.
+#[test]
+fn what_is_far_in_front_of_the_mean_is_left_out_where_no_voxel_is_stored() {
+    let model = model();
+    let sides = model.grid().sides();
+    let millimetre = model.header().scales.millimetre;
+    let mut found = [0; 3];
+    for i in 0..sides.iter().map(|&side| usize::from(side)).product() {
+        let at = lacuna_host::raster::voxel(sides.map(usize::from), i).map(|v| v as f32 + 0.5);
+        let Some((distance, gradient)) = sampled::far(&model, at) else { continue };
+        let away = distance / (steepness(gradient) * millimetre);
+        let left_out = Standing::of(&model, at, [0.0; 3], |_| None).is_left_out();
+        assert_eq!(left_out, away > 8.0, "{away} in front of the mean at {at:?}");
+        found[usize::from(away > 0.0) + usize::from(left_out)] += 1;
+    }
+    assert!(found.iter().all(|&count| count > 1000), "behind, near, far: {found:?}");
 }
