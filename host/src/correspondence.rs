@@ -82,6 +82,11 @@ impl Correspondence {
         Ok(Self { mean, axes, deviations, triangles: first.triangles.clone() })
     }
 
+    /// Modes.
+    pub fn modes(&self) -> usize {
+        self.deviations.len()
+    }
+
     /// The mesh for weights in standard deviations, eq. (2).
     pub fn instance(&self, sigmas: &DVector<f64>) -> Mesh {
         let position = &self.mean + &self.axes * sigmas.component_mul(&self.deviations);
@@ -172,7 +177,7 @@ mod tests {
         let heads = heads(5);
         let model = Correspondence::train(&heads.iter().collect::<Vec<_>>()).unwrap();
         let weights: Vec<_> = heads.iter().map(|head| model.weights(head).unwrap()).collect();
-        for k in 0..model.deviations.len() {
+        for k in 0..model.modes() {
             let sum: f64 = weights.iter().map(|w| w[k] * w[k]).sum();
             assert!((sum / 4.0 - 1.0).abs() < 1e-6, "mode {k}: {sum}");
         }
@@ -212,7 +217,7 @@ mod tests {
     fn instances_have_the_unit_of_the_meshes() {
         let heads = heads(3);
         let model = Correspondence::train(&heads.iter().collect::<Vec<_>>()).unwrap();
-        let mean = model.instance(&DVector::zeros(model.deviations.len()));
+        let mean = model.instance(&DVector::zeros(model.modes()));
         let middle = heads.iter().fold(Vector3::zeros(), |sum, head| sum + head.points[7].coords) / 3.0;
         assert!((mean.points[7].coords - middle).norm() < 1e-9);
     }

@@ -98,6 +98,11 @@ impl Surface {
         let (t, way, triangle) = ahead.into_iter().chain(behind).min_by(|a, b| a.0.total_cmp(&b.0))?;
         Some((way * t, triangle))
     }
+
+    /// The tree underneath.
+    pub fn bvh(&self) -> &Bvh {
+        &self.bvh
+    }
 }
 
 fn edge_key(corners: &[u32; 3], i: usize) -> (u32, u32) {

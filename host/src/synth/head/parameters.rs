@@ -19,6 +19,11 @@ macro_rules! parameters {
                 Self { $($name: random.normal()),* }
             }
 
+            /// All values, in the order of [`Self::NAMES`].
+            pub fn values(&self) -> Vec<f64> {
+                vec![$(self.$name),*]
+            }
+
             /// Access by position in [`Self::NAMES`].
             pub fn get_mut(&mut self, index: usize) -> Option<&mut f64> {
                 [$(&mut self.$name),*].into_iter().nth(index)
